@@ -1,4 +1,4 @@
-//! Writes a scene in Rust, without a file, and compares its force with the closed form of uniaxial tension.
+//! Builds a scene in Rust, without a file, and compares its force with the closed-form solution of uniaxial tension.
 //!
 //! A bar of Neo-Hookean rubber with Poisson's ratio 0 is pulled to twice its length. It does not contract, so its stretch
 //! λ is uniform although one end is clamped, and ψ = ½μ(I₁ − 3) − μ ln J gives the force F = A μ (λ − 1/λ) with μ = ½E.
@@ -12,7 +12,7 @@ const SIZE: [f64; 3] = [0.03, 0.01, 0.01];
 /// Young's modulus \[Pa\]
 const E: f64 = 1e6;
 
-/// The types are those that a scene file is read into: a list for each of its tables, quantities in SI.
+/// Builds the scene from the types into which a scene file is read: a list for each of its tables, quantities in SI.
 fn bar() -> Result<SceneSpec, Box<dyn std::error::Error>> {
     let law = format!("law = 'neo_hookean'\nE = '{E} Pa'\nnu = 0").parse()?;
     Ok(SceneSpec {

@@ -1,7 +1,7 @@
-//! Closes a loop on the full model of a beam by its reduced model: a cable makes the beam follow a sine of its bending angle.
+//! Controls the full model of a beam with its reduced model: a cable makes the bending angle of the beam follow a sine.
 //!
-//! The reduced model is made of states without weight, and the plant has its weight: at each point of the time grid the controller asks the
-//! reduced model for the length of the cable at which the angle is the wanted one, less what the plant was last off by.
+//! The reduced model is built from states without weight, but the plant has weight: at each point of the time grid the controller asks the
+//! reduced model for the cable length that gives the target angle minus the last error of the plant.
 //! Run with `cargo run --release --example control_with_a_reduced_model`.
 
 use durometer::prelude::*;
@@ -48,7 +48,7 @@ root = "xmin"
 tip = "xmax"
 "#;
 
-/// The weight, which the reduced model does not know of.
+/// The weight, which the reduced model does not include.
 const WEIGHT: &str = r#"
 [[effect]]
 kind = "gravity"
@@ -71,7 +71,7 @@ impl Controller for Sweep {
     }
 }
 
-/// A model of four modes from the states of a sweep.
+/// Builds a reduced model with four modes from the states of a sweep.
 fn reduced_model() -> Result<ReducedModel, Box<dyn std::error::Error>> {
     let scene = parse_scene(SCENE)?;
     let step = 6e-3 / 40.0;
@@ -95,7 +95,7 @@ fn reduced_model() -> Result<ReducedModel, Box<dyn std::error::Error>> {
     Ok(Training::new(&scene, &known, &quantities)?.model(4, Some(1e-3), &held_back)?)
 }
 
-/// The wanted angle \[°\].
+/// Returns the target angle \[°\].
 fn wanted(time: f64) -> f64 {
     8.0 + 6.0 * (TAU * time / 4.0).sin()
 }

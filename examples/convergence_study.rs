@@ -1,7 +1,7 @@
 //! Runs a small convergence study into a temporary folder and reads its verdict.
 //!
 //! A block is stretched on four grids; the study estimates the order of convergence and the error of each grid, and
-//! says which of them keeps the tolerance. Run with `cargo run --release --example convergence_study`.
+//! says which of them meets the tolerance. Run with `cargo run --release --example convergence_study`.
 
 use durometer::prelude::*;
 use std::sync::atomic::AtomicBool;

@@ -1,7 +1,7 @@
 //! Fits the Yeoh law to Treloar's rubber data of 1944 and prints its constants with their intervals.
 //!
-//! The fit uses uniaxial tension alone, up to a stretch of 6; how well the law predicts the two other tests, which it
-//! has not seen, is part of the result. Run with `cargo run --release --example fit_a_law`.
+//! The fit uses only uniaxial tension, up to a stretch of 6; how well the law predicts the two other tests, which were not
+//! used in the fit, is part of the result. Run with `cargo run --release --example fit_a_law`.
 
 use durometer::prelude::*;
 

@@ -42,7 +42,7 @@ root = "xmin"
 tip = "xmax"
 "#;
 
-/// u ← u + K (target − angle): integrates the error, so that none is left.
+/// An integral controller, u ← u + K (target − angle), which leaves no steady-state error.
 struct Integrating {
     /// \[°\]
     target: f64,

@@ -22,7 +22,7 @@ static INFO: LawInfo = LawInfo {
     isochoric: false,
 };
 
-/// The law with its constants, kept as all five elastic moduli.
+/// The law with its constants, stored as all five elastic moduli.
 #[derive(Clone, Copy, Debug)]
 struct SimoPister(Moduli);
 
@@ -41,7 +41,7 @@ impl Law for SimoPister {
 
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let Moduli { mu, lambda, .. } = self.0;
-        // Invariants of F − I keep their digits at small strain: J − 1, and I₁ − 3 − 2 ln J.
+        // Invariants computed from F − I stay accurate at small strain: J − 1, and I₁ − 3 − 2 ln J.
         let k = Invariants::of_positive(f)?;
         let (j, x) = (k.j, k.x);
         let mut response = Response::energy(0.5 * mu * k.i_2ln(k.ln_j()) + 0.5 * lambda * x * x);
@@ -63,7 +63,7 @@ impl Law for SimoPister {
         Ok(response)
     }
 
-    /// ψ is linear in μ and λ, so its derivative by a parameter is the same function of their rates.
+    /// ψ is linear in μ and λ, so its derivative with respect to a parameter is the same function of their rates.
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
         Box::new(Self(self.0.along(rates)))
     }

@@ -7,7 +7,7 @@ use durometer::prelude::*;
 
 /// Volume of a deformed body of linear cells.
 struct Volume {
-    /// At rest \[m³\]
+    /// Volume at rest \[m³\]
     rest: f64,
 }
 
@@ -24,7 +24,7 @@ fn volume(mesh: &TetMesh, u: &[f64]) -> f64 {
 
 /// The columns are written at every step. The `[[probe]]`s of a scene file implement the same trait.
 impl Recorder for Volume {
-    /// Names end with their unit.
+    /// Returns the column names, which end with their unit.
     fn columns(&self) -> Vec<String> {
         vec!["volume_m3".into(), "volume_ratio".into()]
     }

@@ -1,13 +1,13 @@
 //! Writes an effect outside of the library and adds it to a scene: a bed of springs that stiffen.
 //!
-//! The bed carries the lower face of a block; where this is displaced by w in z, the bed has per area the energy
-//! ½kw² + ¼cw⁴ and so the pressure kw + cw³ (a nonlinear Winkler foundation). A uniform pressure on the upper face
+//! The bed supports the lower face of a block; where the face is displaced by w in z, the bed has the energy per area
+//! ½kw² + ¼cw⁴ and therefore the pressure kw + cw³ (a nonlinear Winkler foundation). A uniform pressure on the upper face
 //! must then press the block into the bed by the w at which both pressures are equal.
 //! Run with `cargo run --release --example write_an_effect`.
 
 use durometer::prelude::*;
 
-/// A bed below a region of the surface.
+/// A bed of springs below a region of the surface.
 struct Bed {
     /// One block per node: the unknowns that one evaluation reads and writes
     blocks: Blocks,
@@ -20,7 +20,7 @@ struct Bed {
 }
 
 impl Bed {
-    /// A bed below the linear facets of a region.
+    /// Creates a bed below the linear facets of a region.
     fn new(mesh: &TetMesh, region: &str, stiffness: f64, stiffening: f64) -> Result<Self, MeshError> {
         let region = mesh.region(region)?;
         let mut area = vec![0.0; mesh.points.len()];
@@ -36,7 +36,7 @@ impl Bed {
         Ok(Self { blocks: Blocks::new(nodes.chunks(1)), area, stiffness, stiffening })
     }
 
-    /// Pressure at the displacement w.
+    /// Returns the pressure at the displacement w.
     fn pressure(&self, w: f64) -> f64 {
         self.stiffness * w + self.stiffening * w.powi(3)
     }
@@ -56,7 +56,7 @@ impl Effect for Bed {
         &self.blocks
     }
 
-    /// Energy, residual r = ∂Π/∂u and tangent K = ∂r/∂u of one block, for the unknowns u_x, u_y, u_z of its node. The
+    /// Evaluates energy, residual r = ∂Π/∂u and tangent K = ∂r/∂u of one block, for the unknowns u_x, u_y, u_z of its node. The
     /// buffers are zero before the call.
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (area, node) = (self.area[b], self.blocks.nodes(b)[0] as usize);

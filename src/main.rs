@@ -1,4 +1,4 @@
-//! The program. All work is in the library, and the command line in the package below `cli`.
+//! The program `durometer`. The library does the work; the command line is the package in `cli`.
 
 fn main() -> std::process::ExitCode {
     durometer_commands::bring_files();

@@ -1,4 +1,4 @@
-//! Reduced models for C, as `include/durometer.h` declares and describes them: pointers in, [`durometer::reduction`] behind them.
+//! The C interface of reduced models, which `include/durometer.h` declares and describes: pointers outside, [`durometer::reduction`] inside.
 //!
 //! No panic leaves a function: it becomes `DUROMETER_INTERNAL`, or null.
 
@@ -14,7 +14,7 @@ const INTERNAL: c_int = 1;
 const BAD_INPUT: c_int = 2;
 const NOT_SOLVED: c_int = 3;
 
-/// `durometer_twin`: a model with its names as C has them.
+/// The type behind `durometer_twin`: a model, and its names as C strings.
 pub struct Handle {
     twin: Twin,
     inputs: Vec<CString>,
@@ -31,7 +31,7 @@ impl Handle {
     }
 }
 
-/// Does the work on a model and gives its result; `without` where there is no model, `failed` where it panics.
+/// Returns the result of `work` on a model; `without` if the pointer is null, `failed` if the work panics.
 ///
 /// # Safety
 ///
@@ -42,7 +42,7 @@ unsafe fn with<T>(twin: *const Handle, without: T, failed: T, work: impl FnOnce(
     catch_unwind(AssertUnwindSafe(|| work(handle))).unwrap_or(failed)
 }
 
-/// The same with a model that changes; the result is a status.
+/// Returns the status of `work` that changes a model; `BAD_INPUT` if the pointer is null, `INTERNAL` if the work panics.
 ///
 /// # Safety
 ///
@@ -53,7 +53,7 @@ unsafe fn change(twin: *mut Handle, work: impl FnOnce(&mut Twin) -> c_int) -> c_
     catch_unwind(AssertUnwindSafe(|| work(&mut handle.twin))).unwrap_or(INTERNAL)
 }
 
-/// An array of C; none where the pointer is null.
+/// Returns a C array as a slice; `None` if the pointer is null.
 ///
 /// # Safety
 ///

@@ -88,7 +88,7 @@ int main(int count, char **arguments) {
     CHECK(durometer_twin_in_range(twin) == 0 && isinf(durometer_twin_bars(twin)[0]));
     durometer_twin_close(twin);
 
-    /* The memory of models that are opened and closed is given back */
+    /* Opening and closing models does not leak memory */
     for (k = 0; k < 100; ++k) {
         twin = durometer_twin_open(arguments[1], NULL, 0);
         CHECK(twin != NULL && durometer_twin_step(twin, range, 1) == DUROMETER_DONE);

@@ -1,1 +1,1 @@
-"""meshgen: tetrahedral meshes of Durometer's bodies. It reads a request in JSON and writes MSH 4.1 and a manifest in JSON."""
+"""meshgen: tetrahedral meshes of Durometer's bodies. It reads a JSON request and writes an MSH 4.1 file and a JSON manifest."""

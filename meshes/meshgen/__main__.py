@@ -22,7 +22,7 @@ def main() -> int:
 
 
 def private_stdout():
-    """Reserve stdout for the answer: output of libraries goes to stderr."""
+    """Reserve stdout for the answer; output of libraries goes to stderr."""
     ours = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return ours

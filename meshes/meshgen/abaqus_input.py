@@ -1,4 +1,4 @@
-"""Text of Abaqus input: nodes, elements, sets and surfaces by the parts and instances in which they stand."""
+"""Text of Abaqus input: nodes, elements, sets and surfaces by the parts and instances that contain them."""
 
 import stat
 from dataclasses import dataclass, field
@@ -10,23 +10,23 @@ from . import abaqus_keywords
 from .errors import BadRequest
 
 # Beginning of the name of an element -> (gmsh's kind, nodes); hybrid, reduced and modified elements have further letters.
-# As plane elements (CPS…) gmsh writes the facets of a solid.
+# gmsh writes the facets of a solid as plane elements (CPS…).
 ELEMENTS = {
     "C3D4": (4, 4), "C3D10": (11, 10), "C3D8": (5, 8), "C3D6": (6, 6), "C3D5": (7, 5), "C3D20": (17, 20), "C3D15": (18, 15), "C3D27": (12, 27),
     "S3": (2, 3), "S6": (9, 6), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
     "R3D4": (3, 4), "T3D2": (1, 2), "B31": (1, 2), "CPS3": (2, 3), "CPS4": (3, 4), "CPS6": (9, 6), "M3D6": (9, 6), "SFM3D6": (9, 6), "STRI65": (9, 6),
 }  # fmt: skip
-# Beginnings of the names of elements without volume, which are passed over: bars, shells, planes, rigid bodies, springs and other links
+# Beginnings of the names of elements without volume, which are skipped: bars, shells, planes, rigid bodies, springs and other links
 WITHOUT_VOLUME = (
     "T2D", "T3D", "B2", "B3", "PIPE", "FRAME", "ELBOW", "S3", "S4", "S6", "S8", "S9", "STRI", "SAX", "DS3", "DS4", "DS6", "DS8", "DSAX", "CPE", "CPS",
     "CAX", "CGAX", "CINPE", "CINPS", "CINAX", "COH2D", "COHAX", "DC1D", "DC2D", "DCAX", "DCC1D", "DCC2D", "DCCAX", "AC1D", "AC2D", "ACAX", "M3D", "MAX",
     "MCL", "MGAX", "SFM", "R2D", "R3D", "RAX", "RB2D", "RB3D", "SPRING", "DASHPOT", "MASS", "ROTARYI", "HEATCAP", "JOINT", "CONN", "GAP", "DGAP",
     "DCOUP", "DRAG", "ITS", "ITT", "ISL", "IRS", "LS3S", "LS6", "PSI", "F2D2", "F3D3", "FAX2", "FLINK", "ASI",
 )  # fmt: skip
-# Keywords whose data lines may be in the file of their INPUT=; the program knows the same
+# Keywords whose data lines may be in the file given by INPUT=; the program has the same list
 WITH_INPUT = ("node", "element", "nset", "elset", "surface")
 
-# Keyword -> kind of the set to which its data lines add, and the option with its name
+# Keyword -> kind of the set that its data lines extend, and the option that names it
 SETS = {
     "node": ("node_sets", "nset"), "nset": ("node_sets", "nset"), "element": ("element_sets", "elset"), "elset": ("element_sets", "elset"),
     "surface": ("surfaces", "name"),
@@ -36,7 +36,7 @@ PLACES = ("part", "end part", "assembly", "end assembly", "instance", "end insta
 FLAT = 1e-12  # sine of an angle below which directions are the same
 WHOLE = "write the file with all its nodes and elements, as Abaqus/CAE does"
 
-# Limits of *INCLUDE and of INPUT=, which are those of the program too; a file that is included twice counts twice
+# Limits of *INCLUDE and INPUT=, the same as in the program; a file that is included twice counts twice
 MOST_LEVELS = 16
 MOST_FILES = 1000
 MOST_BYTES = 4 << 30
@@ -51,10 +51,10 @@ class NodesOf:
 
 @dataclass
 class Part:
-    """Nodes and elements by their labels, sets and surfaces by their names in small letters.
+    """Nodes and elements by their labels, sets and surfaces by their names in lower case.
 
-    Members of sets are (instance, member): a label, a range of labels of which some may be missing, a name of a set, or NodesOf. The
-    instance is empty for what is in the same place. Surfaces have (member, face): an empty face means those that are exposed, and none is for
+    Members of sets are (instance, member): a label, a range of labels of which some may be missing, the name of a set, or NodesOf. The
+    instance is empty for what is in the same place. Surfaces have (member, face): an empty face means the exposed faces, and None is for
     nodes. `name` is as the file spells it."""
 
     name: str = ""
@@ -66,21 +66,21 @@ class Part:
     surfaces: dict = field(default_factory=dict)
 
     def copy(self) -> "Part":
-        """A part to which more can be added."""
+        """A copy of the part that can be extended."""
         sets = ({name: list(members) for name, members in of.items()} for of in (self.node_sets, self.element_sets, self.surfaces))
         return Part(self.name, dict(self.nodes), dict(self.elements), set(self.passed), *sets)
 
 
 @dataclass
 class Instance:
-    """A part where the assembly has it, with what is defined in the instance itself."""
+    """A part at its position in the assembly, with anything defined in the instance itself."""
 
     name: str
     part: Part
     lines: list = field(default_factory=list)
 
     def add(self, numbers: list) -> None:
-        """A data line. Coordinates of the translation at its end may be left out."""
+        """Read a data line. Trailing coordinates of the translation may be omitted."""
         if not self.lines and len(numbers) <= 3:
             self.lines.append(numbers + [0.0] * (3 - len(numbers)))
         elif len(self.lines) == 1 and len(numbers) == 7 and numbers[:3] != numbers[3:6]:
@@ -89,7 +89,7 @@ class Instance:
             raise ValueError("three coordinates of the translation are wanted, then two different points of the axis and the angle")
 
     def place(self, points: np.ndarray) -> np.ndarray:
-        """The translation, then the rotation about an axis through two points [degrees]."""
+        """Apply the translation, then the rotation [degrees] about the axis through two points."""
         if self.lines:
             points = points + np.array(self.lines[0])
         if len(self.lines) > 1:
@@ -104,19 +104,19 @@ class Instance:
 class System:
     """The rectangular coordinate system in which nodes are given: the lines of *SYSTEM with the points a and b, and c.
 
-    a is the origin, b lies on the x-axis, c in the xy-plane on the side of the y-axis. Without c the z-axis stays as it is, without b all do."""
+    a is the origin, b lies on the x-axis, c in the xy-plane on the side of the y-axis. Without c the z-axis is unchanged, without b all axes are."""
 
     lines: list = field(default_factory=list)
 
     def add(self, numbers: list) -> None:
-        """A data line, in which coordinates at the end may be left out."""
+        """Read a data line, in which trailing coordinates may be omitted."""
         whole = 3 if self.lines or len(numbers) <= 3 else 6
         if len(self.lines) == 2 or self.lines and len(self.lines[0]) == 3 or len(numbers) > whole:
             raise ValueError("three or six coordinates, then three are wanted")
         self.lines.append(numbers + [0.0] * (whole - len(numbers)))
 
     def frame(self) -> tuple | None:
-        """The origin, and the axes as rows; none where nodes are given in the global system."""
+        """The origin, and the axes as rows; None if nodes are given in the global system."""
         if not self.lines:
             return None
         origin, b = np.array(self.lines[0][:3]), np.array(self.lines[0][3:])
@@ -142,27 +142,27 @@ class Reader:
 
     def __init__(self, path: Path, content: Path):
         self.path = path
-        self.content = content  # where the text of the file itself is read
-        self.open: list = []  # the file that is read, after those that include it
+        self.content = content  # the unpacked text of the file itself
+        self.open: list = []  # stack of included files; the last is being read
         self.files = self.bytes = 0
-        self.number = 0  # of the line that is read
-        self.model = Part()  # what is in no part and no instance: everything, or the sets of the assembly
+        self.number = 0  # of the current line
+        self.model = Part()  # content outside of parts and instances: everything, or the sets of the assembly
         self.parts: dict = {}
         self.instances: dict = {}
-        self.spelling: dict = {}  # names in small letters -> as they are spelled first
+        self.spelling: dict = {}  # names in lower case -> as first spelled
         self.scope = self.model
-        self.inside = None  # an instance whose lines of placement follow
+        self.inside = None  # an instance whose position lines follow
         self.kind = None  # keyword and options that data lines belong to
         self.system = System()
         self.frame = None  # of the nodes that follow
-        self.members: list = []  # those of the set to which data lines add
+        self.members: list = []  # of the set that data lines extend
         self.pending: list = []
 
     def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
         return BadRequest(f"cannot read {self.open[-1].name}: line {number}: {fact}", hint)
 
     def text(self, path: Path) -> str:
-        """The text of a file; pipes and devices, which may have no end, are refused before they are opened."""
+        """The text of a file; pipes and devices, which may be endless, are refused before they are opened."""
         source = self.content if path == self.path else path
         try:
             about = source.stat()
@@ -176,7 +176,7 @@ class Reader:
             raise BadRequest(f"cannot read {path.name}: {error.strerror}", "give the included file too") from None
 
     def read(self, path: Path) -> None:
-        """All lines of a file and of those that it includes."""
+        """Read all lines of a file and of the files that it includes."""
         if path in self.open:
             names = " → ".join(file.name for file in [*self.open, path])
             raise BadRequest(f"cannot read {self.path.name}: files include each other: {names}", "remove one *INCLUDE of them")
@@ -189,11 +189,11 @@ class Reader:
         self.open.pop()
 
     def named(self, name: str) -> Path:
-        """The file of a name, which may be written as on Windows; the program reads it in the same way."""
+        """The path of a named file, which may use backslashes; the program resolves it in the same way."""
         return self.path.parent / name.replace("\\", "/")
 
     def lines(self, text: str) -> None:
-        """Keywords with their data lines."""
+        """Read keywords with their data lines."""
         keyword, number = "", 0
         for number, line in enumerate(text.split("\n"), 1):
             line = line.strip()
@@ -216,7 +216,7 @@ class Reader:
             raise self.fail(number, "the last element has too few nodes")
 
     def start(self, line: str, number: int) -> None:
-        """A keyword line."""
+        """Read a keyword line."""
         word, given = self.keyword(line, number)
         if self.pending:
             raise self.fail(number, "the element before has too few nodes")
@@ -277,14 +277,14 @@ class Reader:
         return word, given
 
     def new_name(self, there: dict, word: str, given: dict, number: int) -> str:
-        """The name of a part or an instance, which no other one has."""
+        """The name of a part or an instance, which must be unique."""
         name = given.get("name", "")
         if name.lower() in there:
             raise self.fail(number, f"another *{word.upper()} is called {name!r} too", "give each a name of its own")
         return name
 
     def legible(self, word: str, line: str, number: int) -> None:
-        """Refuse a line with a mesh or names in it that is no UTF-8. Comments, headings and materials, which are not used, may be in another code."""
+        """Refuse a line with mesh data or names that is not UTF-8. Comments, headings and materials, which are not used, may be in another encoding."""
         if word in (*SETS, *PLACES, "include") and not line.isascii():
             try:
                 line.encode()
@@ -292,9 +292,9 @@ class Reader:
                 raise self.fail(number, "it is no text in UTF-8", "save the file as UTF-8") from None
 
     def set_of(self, word: str, given: dict) -> list:
-        """The members of the set that a keyword names, which may be new; a list of no set without a name.
+        """The members of the set that a keyword names, which may be new; without a name, a list that belongs to no set.
 
-        Names that differ in capital letters only are one."""
+        Names that differ only in case are the same."""
         kind, option = SETS.get(word, ("", ""))
         name = given.get(option)
         if not name or word == "surface" and given.get("type", "ELEMENT").upper() not in ("ELEMENT", "NODE"):
@@ -303,7 +303,7 @@ class Reader:
         return getattr(self.scope, kind).setdefault(name.lower(), [])
 
     def element_kind(self, name: str, number: int) -> tuple | None:
-        """gmsh's kind and the number of nodes; none of elements that have no volume and are no facets."""
+        """gmsh's kind and the number of nodes; None for elements that have no volume and are not facets."""
         for start in sorted(ELEMENTS, key=len, reverse=True):
             rest = name[len(start) :]
             if name.startswith(start) and not rest[:1].isdigit():
@@ -314,7 +314,7 @@ class Reader:
         return None
 
     def data(self, words: list) -> None:
-        """A data line."""
+        """Read a data line."""
         word, given = self.kind or ("", {})
         scope = self.scope
         if word == "instance":
@@ -344,7 +344,7 @@ class Reader:
                 self.members.append(("", label))
                 self.pending = []
         elif word == "element" and words[0].isdigit():
-            scope.passed.add(int(words[0]))  # And first nodes of further lines, which does no harm
+            scope.passed.add(int(words[0]))  # Also adds first nodes of continuation lines, which does no harm
         elif word in ("nset", "elset"):
             instance, labels = given.get("instance", ""), [member_of(w) for w in words if w]
             if "generate" in given:
@@ -356,19 +356,19 @@ class Reader:
             self.members.append((member_of(words[0]), None if is_of_nodes else words[1].upper() if len(words) > 1 else ""))
 
     def define(self, known: dict, what: str, label: int, content: list | tuple) -> None:
-        """Add a node or an element. The same again changes nothing; another one of its label is refused."""
+        """Add a node or an element. Repeating it changes nothing; different content with the same label is refused."""
         if known.setdefault(label, content) != content:
             hint = "give every node and element of a part a label of its own, or each of the joined meshes a part"
             raise self.fail(self.number, f"{what} {label} is defined before, and differently", hint)
 
 
 def member_of(word: str) -> int | str:
-    """A label, or the name of a set as it is spelled."""
+    """A label, or the name of a set as spelled."""
     return int(word) if word.isdigit() else word.replace('"', "")
 
 
 def real(word: str) -> float:
-    """A number, also with the exponent of Fortran; one that is left out is zero."""
+    """A number, also with a Fortran exponent; an omitted number is zero."""
     number = float(word.upper().replace("D", "E") or 0)
     if not np.isfinite(number):
         raise ValueError("a finite number is wanted")

@@ -1,7 +1,7 @@
-"""Keywords of Abaqus input and their options by what a file has of them: blanks and capital letters do not count, and both may be abbreviated.
+"""Recognition of keywords and options of Abaqus input: blanks and case do not count, and both may be abbreviated.
 
-As many letters are wanted as tell a word from the others that begin in the same way (Abaqus 6.6, Analysis User's Manual, 1.2.1 "Input syntax rules").
-Names are those of the Keywords Reference Manual of that version, and some of later ones."""
+An abbreviation must be long enough to distinguish a word from others that begin in the same way (Abaqus 6.6, Analysis User's Manual, 1.2.1 "Input syntax rules").
+The names are those of the Keywords Reference Manual of that version, and some of later versions."""
 
 # Keyword that is read -> its options
 OPTIONS = {
@@ -16,9 +16,9 @@ OPTIONS = {
     "part": ("name",), "end part": (), "assembly": ("name",), "end assembly": (), "instance": ("instance", "library", "name", "part"), "end instance": (),
     "system": (), "include": ("input", "password"),
 }  # fmt: skip
-# Keywords of which another option could change the nodes and cells that are meant
+# Keywords for which an unknown option could change nodes and cells
 STRICT = ("node", "nset", "element", "elset")
-# Keywords that make nodes and elements of others
+# Keywords that generate nodes and elements from others
 GENERATORS = ("ncopy", "ngen", "nfill", "nmap", "elcopy", "elgen")
 # Other keywords that begin like these
 OTHERS = (
@@ -34,21 +34,21 @@ OTHERS = (
 
 
 class Unclear(ValueError):
-    """A word that several others begin with, which are in its text."""
+    """An ambiguous abbreviation; the message lists the words that begin with it."""
 
 
 def keyword(word: str) -> str:
-    """The keyword that is meant, in small letters; one that is not known is returned without blanks."""
+    """The keyword that is meant, in lower case; an unknown keyword is returned without blanks."""
     return meant(word, (*OPTIONS, *GENERATORS), OTHERS) or squeezed(word)
 
 
 def option(word: str, of: str) -> str | None:
-    """The option of a keyword that is meant; none where it has no such option, and the word itself of keywords that are not read."""
+    """The option of a keyword that is meant; None if the keyword has no such option, and the word itself for keywords that are not read."""
     return meant(word, OPTIONS[of]) if of in OPTIONS else squeezed(word)
 
 
 def meant(word: str, read: tuple, others: tuple = ()) -> str | None:
-    """The one of some words that begins with `word`, or the one with which all that do begin; none where none does."""
+    """The only known word that begins with `word`, or the one that is a prefix of all that do; None if there is none."""
     short = squeezed(word)
     found = sorted((known for known in (*read, *others) if short and squeezed(known).startswith(short)), key=len)
     if not found or all(squeezed(known).startswith(squeezed(found[0])) for known in found):
@@ -59,5 +59,5 @@ def meant(word: str, read: tuple, others: tuple = ()) -> str | None:
 
 
 def squeezed(word: str) -> str:
-    """A word in small letters without blanks."""
+    """A word in lower case without blanks."""
     return "".join(word.lower().split())

@@ -1,6 +1,6 @@
-"""AVS-UCD as meshio reads it: the nodes and cells, without the data at them, which make no region.
+"""AVS-UCD prepared for meshio: the nodes and cells without their data, which define no regions.
 
-meshio fails at the data of cells of several kinds."""
+meshio fails on cell data if there are several kinds of cells."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from .errors import BadRequest
 
 
 def grid(path: Path, content: Path) -> str:
-    """The nodes and cells of a file, whose unpacked text is in `content`; one that ends within its data is cut off."""
+    """The nodes and cells of a file, whose unpacked text is in `content`; a file that ends within its data is refused as truncated."""
     lines = [line for line in content.read_text("utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")]
     nodes, cells, of_nodes, of_cells, _ = (int(word) for word in lines[0].partition("#")[0].split())
     kept = end = 1 + nodes + cells

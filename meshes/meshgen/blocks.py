@@ -7,10 +7,10 @@ import numpy as np
 
 @dataclass
 class Blocks:
-    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes; notes: what of the file is left out;
-    node_numbers, numbers: those that the file gives the points, and the cells of each block, or in which its readers count them.
+    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes; notes: parts of the file that are left out;
+    node_numbers, numbers: the numbers of the points, and of the cells of each block, in the file, or as its readers count them.
 
-    A set of nodes and one of cells may have the same name, and are two sets then."""
+    A node set and a cell set of the same name are two sets."""
 
     points: np.ndarray
     cells: list

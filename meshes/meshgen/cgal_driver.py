@@ -1,7 +1,7 @@
 """CGAL's Mesh_3 on a polyhedral domain: Delaunay refinement of the volume inside a triangle surface.
 
-Sharp edges and labels are not passed to it: edges are rounded, and regions are recovered afterwards. Surface files go to it as they
-are; CAD is triangulated by gmsh first."""
+Sharp edges and labels are not passed to it: edges are rounded, and regions are recovered afterwards. Surface files are passed
+unchanged; CAD is triangulated by gmsh first."""
 
 import os
 import random
@@ -30,11 +30,11 @@ CONVERGENCE, FREEZE = 0.02, 0.01  # of odt and lloyd, CGAL's defaults
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     """Mesh the volume of the current gmsh model with CGAL. Returns the mesh and notes for the manifest.
 
-    volume: that of the CAD [m³], for the first guess of the length."""
+    volume: volume of the CAD [m³], for the first guess of the length."""
     guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
     criteria = criteria_for(request, guess)
     size = min(criteria["facet_size"], criteria["cell_size"]) / MM / 2
-    if request.seed:  # CGAL draws its first points from the triangles of the surface: another surface, another sample
+    if request.seed:  # CGAL draws its first points from the triangles of the surface: a different triangulation gives a different sample
         size *= random.Random(request.seed).uniform(0.6, 1.0)
     body, skin = recover.skin(geometry, size)
     points, cells, notes = sized(request, body, volume)
@@ -82,7 +82,7 @@ def placed(points: np.ndarray, facets: np.ndarray, skin: recover.Skin, shells: n
     """Face and shell of every facet; shells: shell of each face of the skin."""
     face = recover.nearest_faces(points, facets, skin)
     shell = facet_shells(facets, shells[face], body)
-    for own in np.unique(shell):  # walls thinner than a facet: a facet on one side may be near to the other
+    for own in np.unique(shell):  # in walls thinner than a facet, a facet on one side may be nearer to the other side
         lost = (shell == own) & (shells[face] != own)
         if lost.any():
             part = shells[skin.face] == own
@@ -119,7 +119,7 @@ def solid_labels(cells: np.ndarray, facets: np.ndarray, shell: np.ndarray, body:
 
 
 def connected(facets: np.ndarray) -> np.ndarray:
-    """Number of the connected part of every facet; parts that share an edge are one."""
+    """Number of the connected part of every facet; facets that share an edge are connected."""
     _, place, _ = surface.edge_groups(facets)
     _, owner = surface.edges_of(facets)
     order = np.argsort(place, kind="stable")
@@ -193,7 +193,7 @@ def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
 
 
 def first_points(body: Surface, size: float, seed: int) -> np.ndarray:
-    """Points (k, 3) on every shell, to begin the refinement with: CGAL's own few may miss a shell, or the whole of a slender body.
+    """Points (k, 3) on every shell, to start the refinement with: CGAL's own few points may miss a shell, or a slender body entirely.
 
     About one for each cube of `SPACING` edge lengths, or of the thickness of a thinner shell, four times its volume over its area."""
     found = []

@@ -1,8 +1,8 @@
-"""Conversion of a mesh file to MSH 4.1 with all its cells and sets, as they are: units, numbers and defects of the file stay.
+"""Conversion of a mesh file to MSH 4.1 with all its cells and sets, unchanged: units, numbers and defects of the file are kept.
 
-Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points, whose names are in a section of
-their own: groups of one name in a file of gmsh are one region, but a set of nodes holds no node of a set of cells.
-So are notes on what the conversion leaves out, which the program tells whenever the mesh is used."""
+Its reader in the program does the checking, dividing and merging. Node sets become physical groups of points, whose names are in a separate
+section: groups of one name in a gmsh file are one region, but a node set does not include the nodes of a cell set of the same name.
+Notes on what the conversion leaves out are also in a section of their own; the program reports them whenever the mesh is used."""
 
 import contextlib
 import gzip
@@ -26,9 +26,9 @@ KINDS = {
     "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14), vtu.VOXEL: (3, 5),
 }  # fmt: skip
 DIMENSIONS = {number: dim for dim, number in KINDS.values()}  # of gmsh's kinds
-# Orders of nodes that are not gmsh's
+# Node orders that differ from gmsh's
 ORDERS = {"tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], vtu.VOXEL: vtu.AS_HEXAHEDRON}
-# Ending that a reader of meshio expects
+# File extension that a meshio reader expects
 ENDINGS = {
     "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "stl": ".stl",
     "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
@@ -37,19 +37,19 @@ ENDINGS = {
 READERS = {"abaqus": abaqus.read, "su2": su2.read}
 # Formats of which meshio gets a prepared text
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
-# Of these texts the numbers of the nodes and cells
+# Readers of the node and cell numbers in these texts
 NUMBERS = {"nastran": nastran.numbers, "avsucd": avs.numbers}
 # Formats whose nodes and cells are counted from zero
 FROM_ZERO = ("vtu", "xdmf", "dolfin-xml")
-# Beginning of a file that gmsh reads -> the ending that it expects
+# Beginning of a file that gmsh reads -> the extension that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
 # Keywords of Medit with cells that have middle nodes
 OF_ORDER_2 = re.compile(rb"^\s*((?:Edges|Triangles|Quadrilaterals|Tetrahedra|Prisms|Pyramids|Hexahedra)[PQ]\d)\s*$", re.M)
-MOST_VALUES = 64  # integer data of the cells with more values are no regions
+MOST_VALUES = 64  # integer cell data with more values do not define regions
 
 
 def run(path: str, format: str, output: str) -> dict:
-    """Convert a file; returns what it holds."""
+    """Convert a file; returns a summary of its content."""
     source = Path(path)
     blocks = read(source, format)
     if not len(blocks.points) or not any(len(rows) for _, rows in blocks.cells):
@@ -72,7 +72,7 @@ def read(path: Path, format: str) -> Blocks:
 
 
 def load(path: Path, format: str) -> tuple:
-    """Read a file with meshio: what it finds, its warnings, and the text that it got if it was prepared. Its errors, including exits, become a BadRequest."""
+    """Read a file with meshio: the mesh, its warnings, and the prepared text, if any. Its errors, including exits, become a BadRequest."""
     import meshio
 
     said = io.StringIO()
@@ -80,12 +80,12 @@ def load(path: Path, format: str) -> tuple:
     def refuse(fact: str, hint: str = "check that the file is complete, and write it again") -> BadRequest:
         return BadRequest(f"cannot read {path.name}: {fact}", hint)
 
-    # XDMF names binary data from its own folder
+    # XDMF names binary data relative to its own folder
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
         try:
             check(path, readable, format)
             with contextlib.redirect_stderr(said):
-                # Not meshio.read, which prints what is wrong and exits
+                # Not meshio.read, which prints the error and exits
                 text = TEXTS[format](path, readable) if format in TEXTS else None
                 raw = meshio._helpers.reader_map[format](readable if text is None else io.StringIO(text))
         except (BadRequest, UnicodeDecodeError):
@@ -108,12 +108,12 @@ def load(path: Path, format: str) -> tuple:
 
 
 def passed_over(warnings: list) -> list:
-    """The types of VTK whose cells meshio leaves out, as its warnings tell."""
+    """The VTK types of cells that meshio has left out, according to its warnings."""
     return [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]
 
 
 def check(path: Path, readable: Path, format: str) -> None:
-    """Refuse what a reader of meshio would read in part, for ever, or refuse without a reason."""
+    """Refuse files that a meshio reader would read only in part, never finish reading, or refuse without a reason."""
     if format == "tetgen":
         tetgen.check(readable)
     if format == "vtu":
@@ -125,7 +125,7 @@ def check(path: Path, readable: Path, format: str) -> None:
 
 
 def fault_of_xml(path: Path, format: str) -> str | None:
-    """The place at which an XML file is not well formed; none for other files."""
+    """The position at which an XML file is not well formed; None for other files."""
     if format in ("vtu", "xdmf", "dolfin-xml"):
         try:
             ElementTree.parse(path)
@@ -136,7 +136,7 @@ def fault_of_xml(path: Path, format: str) -> str | None:
 
 @contextlib.contextmanager
 def prepared(path: Path, format: str):
-    """The file, or a copy of it that is unpacked, without the mark of UTF-8 and with the ending that the reader expects."""
+    """The file, or an unpacked copy of it, without a byte order mark and with the extension that the reader expects."""
     with open(path, "rb") as file:
         head = file.read(4)
     ending = ".meshb" if format == "medit" and head[:4] in (b"\x01\0\0\0", b"\0\0\0\x01") else ENDINGS.get(format, path.suffix.lower())
@@ -193,13 +193,13 @@ def by_meshio(path: Path, format: str) -> Blocks:
     else:
         first = tetgen.first(path) if format == "tetgen" else 0 if format in FROM_ZERO else 1
         blocks.node_numbers = np.arange(first, first + len(blocks.points))
-        # All kinds of cells are in one list of VTK, in which those that are left out have numbers too
+        # VTK numbers cells of all kinds in one list, including those that are left out
         blocks.numbers = None if passed_over(warnings) else counted(blocks.cells, first, of_all=format == "vtu")
     return blocks
 
 
 def number(blocks: Blocks, nodes: list, cells: list) -> None:
-    """Number the nodes and cells as the file does, which states these numbers in the order of its nodes and cells."""
+    """Number the nodes and cells as in the file, which states the numbers in the order of its nodes and cells."""
     ends = np.cumsum([len(rows) for _, rows in blocks.cells])
     if len(set(nodes)) == len(nodes) == len(blocks.points):
         blocks.node_numbers = np.array(nodes, int)
@@ -208,7 +208,7 @@ def number(blocks: Blocks, nodes: list, cells: list) -> None:
 
 
 def sets(raw, names: dict) -> dict:
-    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells. names: (dimension, reference) -> name."""
+    """Masks by name: sets and groups of the file, otherwise one region for each value of integer cell data. names: (dimension, reference) -> name."""
     found = {}
     for name, members in raw.cell_sets.items():
         if name.startswith("gmsh:"):
@@ -240,9 +240,9 @@ def sets(raw, names: dict) -> dict:
 
 @contextlib.contextmanager
 def for_gmsh(path: Path, format: str):
-    """A copy of the file in a folder of its own, with an ending by which gmsh takes it for a mesh.
+    """A copy of the file in a folder of its own, with an extension that makes gmsh read it as a mesh.
 
-    A file with another ending gmsh runs as a script, which may call other programs."""
+    gmsh runs a file with any other extension as a script, which may call other programs."""
     with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
         data = readable.read_bytes()
         ending = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
@@ -254,9 +254,9 @@ def for_gmsh(path: Path, format: str):
 
 
 def check_closed(path: Path, data: bytes) -> None:
-    """Refuse a universal file that ends within a data set: each is between two lines with -1 in columns 5 and 6. gmsh takes what is there.
+    """Refuse a universal file that ends within a data set: each is between two lines with -1 in columns 5 and 6. gmsh would read the truncated data.
 
-    The first of them may be there twice."""
+    The first line may be repeated."""
     begin = 0  # line of the mark at the beginning of an open data set
     for number, line in enumerate(data.split(b"\n"), 1):
         if line.rstrip() == b"    -1":
@@ -293,7 +293,7 @@ def by_gmsh(path: Path, format: str) -> Blocks:
                 owner.append((dim, entity))
         found = {}
         for dim, group in gmsh.model.getPhysicalGroups():
-            # MED fills names up with blanks
+            # MED pads names with blanks
             name = gmsh.model.getPhysicalName(dim, group).strip() or f"{('point', 'curve', 'facets', 'cells')[dim]}_{group}"
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
@@ -302,7 +302,7 @@ def by_gmsh(path: Path, format: str) -> Blocks:
 
 
 def counted(cells: list, first: int = 1, of_all: bool = False) -> list:
-    """Numbers of the cells of each block in the order of the file: of all, else of those of each dimension."""
+    """Numbers of the cells of each block in the order of the file: counted over all cells, or separately for each dimension."""
     dims = [0 if of_all else DIMENSIONS[kind] for kind, _ in cells]
     begin, found = dict.fromkeys(dims, first), []
     for dim, (_, rows) in zip(dims, cells):

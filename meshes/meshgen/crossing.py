@@ -1,4 +1,4 @@
-"""Pairs of triangles of a surface that touch or cross without sharing the nodes there."""
+"""Pairs of triangles of a surface that are in contact or cross without sharing the nodes there."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ def crossings(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> np
     """Pairs (k, 2) of triangles that come closer than `tolerance` to each other away from their shared nodes.
 
     Two triangles are apart if one of 17 axes separates them: the normals, the cross products of their edges, and the
-    normals of the edges within the planes. Of two triangles with a shared node, the edge opposite of it is compared with
-    the other triangle, of two with a shared edge the opposite corner."""
+    normals of the edges within the planes. For two triangles with a shared node, the edge opposite to it is compared with
+    the other triangle; for two with a shared edge, the opposite corner."""
     corners = points[triangles]
     found = [np.zeros((0, 2), int)]
     pairs = candidates(corners.min(axis=1), corners.max(axis=1), tolerance)
@@ -29,14 +29,14 @@ def crossings(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> np
 
 
 def degenerate(points: np.ndarray, triangles: np.ndarray, shared: np.ndarray) -> np.ndarray:
-    """Corners (n, 3, 3) of the triangles with shared nodes replaced by one that is not shared."""
+    """Corners (n, 3, 3) of the triangles, with shared nodes replaced by a node that is not shared."""
     free = np.argmax(~shared, axis=1)
     own = np.take_along_axis(triangles, free[:, None], axis=1)
     return points[np.where(shared, own, triangles)]
 
 
 def separation(a: np.ndarray, b: np.ndarray, enough: float) -> np.ndarray:
-    """Gap between the projections of two triangles (n, 3, 3) on the axis where it is largest, or on one where it exceeds `enough`.
+    """Gap between the projections of two triangles (n, 3, 3) on the axis where it is largest, or on an axis where it exceeds `enough`.
 
     The normal and the sides of the second triangle separate most pairs; the other axes are for the rest."""
     gap = sides(a, b)
@@ -46,7 +46,7 @@ def separation(a: np.ndarray, b: np.ndarray, enough: float) -> np.ndarray:
     normals = [np.cross(e[:, 0], e[:, 1]) for e in edges]
     across = np.cross(edges[0][:, :, None], edges[1][:, None, :]).reshape(len(a), 9, 3)
     within = np.cross(normals[0][:, None], edges[0])
-    turned = np.cross(normals[1][:, None], edges[0])  # of a triangle that is only an edge
+    turned = np.cross(normals[1][:, None], edges[0])  # for a triangle that is degenerate to an edge
     along = a.mean(axis=1)[:, None] - b.mean(axis=1)[:, None]
     gap[rest] = np.maximum(gap[rest], projected(a, b, np.concatenate([normals[0][:, None], across, within, turned, *edges, along], axis=1)))
     return gap
@@ -60,7 +60,7 @@ def sides(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def projected(a: np.ndarray, b: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Largest gap between the projections of two triangles (n, 3, 3) on axes (n, k, 3) of any length; those of no length do not count."""
+    """Largest gap between the projections of two triangles (n, 3, 3) on axes (n, k, 3) of any length; axes of zero length do not count."""
     length = np.linalg.norm(axes, axis=2, keepdims=True)
     usable = length > 1e-12 * length.max(axis=1, keepdims=True, initial=1e-300)
     axes = axes / np.where(usable, length, 1)
@@ -108,7 +108,7 @@ def overlapping(rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> list:
 
 
 def crossing_point(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
-    """The middle of the line in which two triangles (3, 3) cross; none where they only come close."""
+    """The middle of the line along which two triangles (3, 3) cross; None if they only come close."""
     normals = [np.cross(x[1] - x[0], x[2] - x[0]) for x in (a, b)]
     along = np.cross(*normals)
     ends = []
@@ -124,6 +124,6 @@ def crossing_point(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
 
 
 def place(points: np.ndarray, triangles: np.ndarray, pair: np.ndarray) -> np.ndarray:
-    """A point [unit of the points] where two triangles meet, about: the middle of the overlap of their boxes."""
+    """A point [unit of the points] where two triangles are in contact, approximately: the middle of the overlap of their boxes."""
     boxes = [(points[triangles[i]].min(axis=0), points[triangles[i]].max(axis=0)) for i in pair]
     return (np.maximum(boxes[0][0], boxes[1][0]) + np.minimum(boxes[0][1], boxes[1][1])) / 2

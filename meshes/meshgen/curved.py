@@ -8,14 +8,14 @@ from .geometry import MM, SNAP
 from .mesh import EDGES
 from .quality import relative_jacobian
 
-SMALLEST = 0.1  # smallest accepted det J over that of the straight cell
+SMALLEST = 0.1  # smallest accepted det J relative to the straight cell
 ROUNDS = 12
 
 
 def untangle(collect_cells, log) -> np.ndarray:
-    """Repair cells whose Jacobian is not safely positive; returns the distances [m] of the edges that had to leave the CAD from where they were on it.
+    """Repair cells whose Jacobian is not safely positive; returns the distances [m] by which edges had to be moved off the CAD.
 
-    Mid-nodes inside the body may follow those on the boundary: a few rounds of averaging their bulge
+    Mid-nodes inside the body follow those on the boundary: a few rounds of averaging of their offset
     (distance from the middle of the edge) over the bad cells and their neighbours. The edges of cells that
     are still bad are then straightened by half repeatedly, on the boundary as well."""
     points, cells = collect_cells()

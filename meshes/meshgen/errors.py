@@ -28,7 +28,7 @@ class MesherFailed(MeshgenError):
 
 
 class SizeNotReached(MesherFailed):
-    """Meshes can be made, but none with the wanted number of cells; `nearest` is the number that came nearest."""
+    """Meshes can be made, but none with the requested number of cells; `nearest` is the closest number of cells."""
 
     def __init__(self, error: str, hint: str, nearest: int):
         super().__init__(error, hint)

@@ -23,7 +23,7 @@ OPTIONS = {
 }
 
 
-# Words of gmsh where the facets of a surface mesh cross each other: on the two sides of a thin wall, or where the faces of many struts meet.
+# Words in messages of gmsh if facets of a surface mesh cross each other: on the two sides of a thin wall, or where the faces of many struts join.
 SIGNS_OF_CROSSING = ("PLC", "overlapping facets", "intersect")
 CROSSED = (
     "facets of the surface mesh cross each other. If a wall is thinner than a cell, take a size no larger than the wall is thick, or more cells; "
@@ -64,7 +64,7 @@ def cad_volume(geometry: Geometry) -> float:
 
 
 def solid_volumes(geometry: Geometry) -> dict:
-    """Volumes of the cell regions that are a part of the CAD [m³]; none where the CAD kernel does not know them."""
+    """Volumes of the cell regions that are a part of the CAD [m³]; empty if the CAD kernel does not know them."""
     if geometry.volume:
         return {}
     parts = {name: tags for name, (dim, tags) in geometry.regions.items() if dim == 3 and set(tags) != set(geometry.volumes)}
@@ -72,14 +72,14 @@ def solid_volumes(geometry: Geometry) -> dict:
 
 
 def mass(volumes: list) -> float:
-    """Volume of solids of the CAD [mm³], also of those that a file has inside out."""
+    """Volume of solids of the CAD [mm³], also of solids that are inside out in the file."""
     return sum(abs(gmsh.model.occ.getMass(3, tag)) for tag in volumes)
 
 
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     """Mesh the CAD as requested. Returns the mesh and notes for the manifest.
 
-    volume: that of the CAD [m³], for the first guess of the length."""
+    volume: volume of the CAD [m³], for the first guess of the length."""
     check_grading(request, geometry)
     gmsh.option.setNumber("Mesh.OptimizeNetgen", 1 if request.optimise else 0)
 
@@ -121,7 +121,7 @@ def check_grading(request: Request, geometry: Geometry) -> None:
 
 
 def named(point: list) -> str:
-    """A point in words."""
+    """A point as text."""
     return f"({', '.join(f'{x:.4g}' for x in point)})"
 
 
@@ -177,6 +177,6 @@ def collect(geometry: Geometry) -> TetMesh:
 
 
 def add_unions(mesh: TetMesh, unions: dict) -> None:
-    """Add the facet regions that are made of others."""
+    """Add the facet regions that are unions of others."""
     for name, members in unions.items():
         mesh.regions[name] = (2, np.sort(np.concatenate([mesh.regions[member][1] for member in members])))

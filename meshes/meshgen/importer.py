@@ -10,9 +10,9 @@ from .errors import BadRequest
 from .geometry import MM, SNAP, Geometry, boundary_faces
 from .request import Request
 
-# Options by which gmsh joins the faces of an IGES file at their edges; the tolerance, in mm, is what such files round to.
+# Options by which gmsh joins the faces of an IGES file at their edges; the tolerance, in mm, is the rounding of such files.
 SEWING = {"Geometry.OCCSewFaces": 1, "Geometry.Tolerance": 1e-3}
-STICKS_OUT = 1e-6  # share of its volume up to which a solid that lies in another may stick out
+STICKS_OUT = 1e-6  # fraction of its volume up to which a solid inside another may stick out
 
 
 def read_geometry(request: Request) -> Geometry:
@@ -38,7 +38,7 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
     """Solids of a CAD file; those in contact share their faces."""
     if format != "brep" and abs(scale - 1) > 1e-9:
         raise BadRequest(f"{path.name} states its own unit and is converted to mm", 'write unit = "mm" (--unit mm)')
-    # IGES is always converted to mm, and its reader knows no target.
+    # IGES is always converted to mm; its reader has no target unit.
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if format == "step" else "")
     gmsh.option.setNumber("Geometry.OCCScaling", scale)
     occ = gmsh.model.occ
@@ -66,7 +66,7 @@ def load(path: Path, format: str) -> None:
 
 
 def sew(path: Path) -> None:
-    """Import an IGES file again, as solids: most hold only the faces of a body."""
+    """Import an IGES file again, as solids: most files contain only the faces of a body."""
     gmsh.clear()
     before = {name: gmsh.option.getNumber(name) for name in SEWING}
     for name, value in SEWING.items():
@@ -94,13 +94,13 @@ def make_solids() -> None:
             walls[min(around[inner], key=lambda b: size[b])].append(loops[inner])
     for solid in walls.values():
         occ.addVolume(solid)
-    # The shell of a single face has a copy of it
+    # A shell of a single face contains a copy of the face
     occ.synchronize()
     occ.remove(free([(2, face) for shell in closed for face in shell]))
 
 
 def shells() -> list:
-    """The faces of the model, by the shells in which they hang together by edges."""
+    """The faces of the model, grouped into shells that are connected by edges."""
     faces = [tag for _, tag in gmsh.model.getEntities(2)]
     owners = {}
     for i, face in enumerate(faces):
@@ -112,7 +112,7 @@ def shells() -> list:
 
 
 def free(entities: list) -> list:
-    """Those that bound nothing."""
+    """The entities that bound nothing."""
     return [entity for entity in entities if not len(gmsh.model.getAdjacencies(*entity)[0])]
 
 
@@ -130,7 +130,7 @@ def lies_in(inner: int, outer: int) -> bool:
 
 
 def drop_sheets() -> list:
-    """Remove faces, edges and points that belong to no solid; returns words about the faces."""
+    """Remove faces, edges and points that belong to no solid; returns a note about the faces."""
     occ = gmsh.model.occ
     told = []
     occ.synchronize()
@@ -145,7 +145,7 @@ def drop_sheets() -> list:
 
 
 def check_faces(path: Path) -> None:
-    """Refuse sewn faces of the same extent and area, which are those in which two bodies touch: no solid holds both."""
+    """Refuse sewn faces of the same extent and area, at which two bodies are in contact: no solid has both faces."""
     occ = gmsh.model.occ
     seen = set()
     for face in occ.getEntities(2):
@@ -157,9 +157,9 @@ def check_faces(path: Path) -> None:
 
 
 def check_apart(path: Path, volumes: list, pieces: list) -> None:
-    """Refuse solids that overlap, however little: the piece that they share would be a solid of its own.
+    """Refuse solids that overlap, however little: the shared piece would be a solid of its own.
 
-    pieces: what each became when all were cut at each other."""
+    pieces: the pieces of each solid after all were cut at each other."""
     occ = gmsh.model.occ
     owners = {}
     for i, list_ in enumerate(pieces, 1):
@@ -177,6 +177,6 @@ def check_apart(path: Path, volumes: list, pieces: list) -> None:
 
 
 def box_text(box: tuple) -> str:
-    """The corners of a box in words."""
+    """The corners of a box as text."""
     low, high = ("(" + ", ".join(f"{round(x, 6) + 0.0:.6g}" for x in corner) + ")" for corner in (box[:3], box[3:]))
     return f"{low} to {high} mm"

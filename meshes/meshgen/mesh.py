@@ -11,7 +11,7 @@ from .errors import MesherFailed
 FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 9, 7], [1, 2, 3, 5, 8, 9], [0, 3, 2, 7, 8, 6]])
 # Edges of a tetrahedron in the order of its mid-nodes 4..9.
 EDGES = np.array([[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]])
-LOST = 0.25  # share of the volume by which a mesh may miss its surface
+LOST = 0.25  # largest relative deviation of the volume of a mesh from that of its surface
 
 
 @dataclass
@@ -59,7 +59,7 @@ def assemble(points, cells, cell_labels: dict, facet_labels: dict, exclusive: bo
 
 
 def check_volume(made: TetMesh, enclosed: float) -> None:
-    """Refuse a mesh that has lost walls of the surface around it, which encloses this volume [m³]."""
+    """Refuse a mesh that has lost walls of its surface, which encloses this volume [m³]."""
     error = surface.volume(made.points, made.facets[:, :3]) / enclosed - 1
     if abs(error) > LOST:
         raise MesherFailed(f"the mesh misses the enclosed volume by {100 * error:.0f} %", "its cells are too coarse: use more cells or a smaller size")

@@ -1,20 +1,20 @@
-"""Nastran bulk data as meshio reads it: from BEGIN BULK to ENDDATA, one entry a line, its fields divided by commas."""
+"""Nastran bulk data prepared for meshio: from BEGIN BULK to ENDDATA, one entry per line, with fields separated by commas."""
 
 import re
 from pathlib import Path
 
 from .errors import BadRequest
 
-# Cells on lines of wide fields
+# Cells in wide-field format
 WIDE = re.compile(r"C(TETRA_?|HEXA_?|PENTA_?|PYRAM?_?|TRIA\w|QUAD\w)\s*\*")
-# Cells -> numbers of nodes that they can have; other data of shells follow after the largest one
+# Cells -> possible numbers of nodes; further data of shells follow after the largest number
 NODES = {
     "CTETRA": (4, 10), "CHEXA": (8, 20), "CPENTA": (6, 15), "CPYRAM": (5, 13), "CPYRA": (5, 13),
     "CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (6,), "CQUAD4": (4,), "CQUADR": (4,), "CQUAD8": (8,), "CSHEAR": (4,),
 }  # fmt: skip
-# Names by which meshio writes cells with middle nodes
+# Names that meshio writes for cells with mid-edge nodes
 OF_MESHIO = {"CTETRA_": "CTETRA", "CHEXA_": "CHEXA", "CPENTA_": "CPENTA", "CPYRA_": "CPYRA"}
-# Entries with C that are passed over: elements that have no volume and are no facets, and those that are no elements
+# Entries beginning with C that are skipped: elements that have no volume and are not facets, and entries that are not elements
 WITHOUT_VOLUME = re.compile(
     "C(AABSF|ACINF[34]|AERO[1-5]|AXIF[2-4]|BAR(AO)?|BEAM3?|BELT|BEND|BUSH([12]D)?|BUTT|CONEAX|CRSFIL|DAMP[1-5]|DUM[1-9]|ELAS[1-4]|FAST|FILLET|FLUID[2-4]|"
     "GAP|HADV|HBDY[EGP]|INTC|LOAD|MASS[1-4]|MBEAM|MBUSH|MFREE|MSPDP|ONM[12]|ONROD|ONT[A-Z]*|ONVM?|ORD[123][A-Z]|PLST[NS][3468]|QUADX?[48]?|QUAD9|RAC2D|REEP|"
@@ -24,9 +24,9 @@ SHELLS = tuple(name for name, counts in NODES.items() if len(counts) == 1)
 
 
 def bulk(path: Path, content: Path) -> str:
-    """The bulk data of a file, whose unpacked text is in `content`; files without BEGIN BULK, as gmsh writes them, hold nothing else.
+    """The bulk data of a file, whose unpacked text is in `content`; files without BEGIN BULK, as written by gmsh, contain nothing else.
 
-    One without ENDDATA is cut off."""
+    A file without ENDDATA is refused as truncated."""
     lines = content.read_text("latin-1").upper().split("\n")
     begin = next((i for i, line in enumerate(lines, 1) if line.split()[:2] == ["BEGIN", "BULK"]), 0)
     end = next((i for i, line in enumerate(lines) if i >= begin and line.lstrip().startswith("ENDDATA")), None)
@@ -42,7 +42,7 @@ def bulk(path: Path, content: Path) -> str:
             raise BadRequest(f"cannot read {path.name}: line {number}: {name}: {error}", "correct the entry, or write the file again") from None
         if name in NODES:
             used.update(dict.fromkeys(fields[2:], number))
-        if name == "GRID" or name in NODES:  # Springs, bars and masses have no volume and are no facets
+        if name == "GRID" or name in NODES:  # Springs, bars and masses have no volume and are not facets
             written.append(",".join([name, *fields]))
     lost = next((node for node in used if node not in points), None)
     if lost:
@@ -58,7 +58,7 @@ def numbers(text: str) -> tuple:
 
 
 def entries(path: Path, lines: list, begin: int) -> list:
-    """(number of the line, name, fields) of every entry, with the lines by which it goes on."""
+    """(number of the line, name, fields) of every entry, including its continuation lines."""
     found = []
     for number, line in enumerate(lines, begin + 1):
         line = line.partition("$")[0].rstrip()
@@ -80,12 +80,12 @@ def entries(path: Path, lines: list, begin: int) -> list:
 
 
 def divided(line: str) -> tuple:
-    """The first field of a line and those with data: 8 of 8 columns or, after a star, 4 of 16, or divided by commas. Tabs lead to the next column of 8."""
+    """The first field of a line and the data fields: 8 of 8 columns or, after a star, 4 of 16, or separated by commas. Tabs advance to the next multiple of 8."""
     if "," in line:
         head, *fields = [field.strip() for field in line.split(",")]
         count = 4 if "*" in head else 8
         if len(fields) == count + 1:
-            fields.pop()  # The mark of a line that goes on
+            fields.pop()  # The continuation mark
         return head, fields + [""] * (count - len(fields))
     line = line.expandtabs(8)
     head = line[:8].strip()
@@ -94,7 +94,7 @@ def divided(line: str) -> tuple:
 
 
 def checked(name: str, fields: list) -> list:
-    """The fields of an entry that meshio reads, in its spelling; others stay as they are."""
+    """The fields of an entry that meshio reads, as it expects them; other entries are unchanged."""
     if name == "GRID":
         label, system, *place = fields[:5]
         return [whole(label), whole(system) if system else "", *(repr(real(x)) for x in place)]
@@ -122,7 +122,7 @@ def whole(word: str) -> str:
 
 
 def real(word: str) -> float:
-    """A number as Nastran writes it: 7., 7.E0, 7.D0 and 7.+0; one that is left out is zero."""
+    """A number as Nastran writes it: 7., 7.E0, 7.D0 and 7.+0; an omitted number is zero."""
     spelled = re.sub(r"(?<=[\d.])([+-])", r"E\1", word.replace("D", "E"))
     try:
         return float(spelled or 0)

@@ -24,7 +24,7 @@ OCTAHEDRON = [
 
 
 def refine(collect_cells, log) -> np.ndarray:
-    """Refine the mesh of the current model once; returns the distances [m] from the CAD of the edges that `curved.untangle` straightened.
+    """Refine the mesh of the current model once; returns the distances [m] from the CAD of the edges that `curved.untangle` has straightened.
 
     The mesh is converted to second order, folded cells are repaired, and its nodes become the
     corners of the children; nodes keep their CAD entity and parameters for the next level."""

@@ -1,4 +1,4 @@
-"""Names in Netgen meshes: those of materials and boundary conditions, of which several may have one. meshio keeps the last of them."""
+"""Names of materials and boundary conditions in Netgen meshes. Several may have the same name, of which meshio keeps only the last."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ DIMENSIONS = {"materials": 3, "bcnames": 2}
 
 
 def names(path: Path, content: Path) -> dict:
-    """(dimension, index) -> name in a file, whose unpacked text is in `content`. One without `endmesh` is cut off."""
+    """(dimension, index) -> name in a file, whose unpacked text is in `content`. A file without `endmesh` is refused as truncated."""
     text = [line.strip() for line in content.read_text("utf-8").splitlines()]
     if "endmesh" not in text:
         raise BadRequest(f"cannot read {path.name}: it has no line endmesh, so that a part is missing", "write or copy it again")
@@ -18,7 +18,7 @@ def names(path: Path, content: Path) -> dict:
             continue
         try:
             for _ in range(int(next(lines))):
-                # Netgen divides by a tab, meshio by a blank, and a name may be empty or hold blanks
+                # Netgen separates by a tab, meshio by a blank, and a name may be empty or contain blanks
                 index, *name = next(lines).split(None, 1)
                 found[DIMENSIONS[line], int(index)] = "".join(name)
         except (StopIteration, ValueError):

@@ -1,4 +1,4 @@
-"""PLY, ASCII or binary (Turk, 1994): any elements and properties, of which a surface needs few."""
+"""PLY, ASCII or binary (Turk, 1994): it may have any elements and properties, of which a surface needs few."""
 
 import itertools
 import re
@@ -35,7 +35,7 @@ def read(path: Path) -> tuple:
 
 
 def columns(take, count: int, properties: dict) -> dict:
-    """The values of each property, which are arrays where it is a list, of so many elements."""
+    """The values of each property for `count` elements; values of a list property are arrays."""
     if all(len(kinds) == 1 for kinds in properties.values()):
         table = take([(name, kinds[0]) for name, kinds in properties.items()], count)
         return {name: table[name] for name in properties}
@@ -48,7 +48,7 @@ def columns(take, count: int, properties: dict) -> dict:
 
 
 def of_text(text: bytes):
-    """A function that takes the next values of a type, in columns where it has fields."""
+    """A function that takes the next `count` values of a type, in columns if the type has fields."""
     words = iter(text.split())
 
     def take(kind, count: int):
@@ -62,7 +62,7 @@ def of_text(text: bytes):
 
 
 def of_bytes(data: bytes):
-    """The same of binary values."""
+    """A function that takes the next `count` binary values of a type, in columns if the type has fields."""
     at = 0
 
     def take(kind, count: int):

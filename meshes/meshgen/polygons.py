@@ -4,7 +4,7 @@ import numpy as np
 
 
 def triangles(points: list | np.ndarray, polygons: list) -> np.ndarray:
-    """Triangles (m, 3) of polygons of nodes: fans from the first corner, or ears where a triangle of the fan is turned over, as in concave polygons."""
+    """Triangles (m, 3) of polygons of nodes: fans from the first corner, or ear clipping if a triangle of the fan is inverted, as in concave polygons."""
     points = np.asarray(points, float).reshape(-1, 3)
     short = next((polygon for polygon in polygons if len(polygon) < 3), None)
     if short is not None:
@@ -26,16 +26,16 @@ def triangles(points: list | np.ndarray, polygons: list) -> np.ndarray:
 
 
 def flat(corners: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """A polygon in two of its coordinates, in which it runs counterclockwise; the normal is steepest along the third."""
+    """Project a polygon onto two coordinates, in which it runs counterclockwise; its normal is steepest along the third."""
     axis = int(np.argmax(np.abs(normal)))
     kept = [(axis + 1) % 3, (axis + 2) % 3]
     return corners[:, kept if normal[axis] > 0 else kept[::-1]]
 
 
 def ears(corners: np.ndarray) -> list:
-    """Triangles of a counterclockwise polygon (n, 2), from which one corner after the other is clipped; empty where it crosses itself.
+    """Triangles of a counterclockwise polygon (n, 2), clipped corner by corner; empty if the polygon crosses itself.
 
-    A corner is clipped where no other one lies in its triangle (the two ears theorem, Meisters, 1975)."""
+    A corner is clipped if no other corner lies in its triangle (the two ears theorem, Meisters, 1975)."""
     left, found = list(range(len(corners))), []
     while len(left) > 3:
         ring = corners[left]
@@ -46,7 +46,7 @@ def ears(corners: np.ndarray) -> list:
             return []
         found.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
         rest = left[ear + 1 :] + left[:ear]
-        left = rest[1:] + rest[:1]  # The search goes on one corner further, so that triangles do not form a narrow fan
+        left = rest[1:] + rest[:1]  # The search continues one corner further, so that triangles do not form a narrow fan
     return [*found, left]
 
 
@@ -58,6 +58,6 @@ def holds(points: np.ndarray, triangle: tuple) -> bool:
 
 
 def turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Twice the area of the triangles of points (…, 2), positive where they run counterclockwise."""
+    """Twice the area of the triangles of points (…, 2), positive if they run counterclockwise."""
     u, v = b - a, c - a
     return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]

@@ -36,7 +36,7 @@ def volume(mesh: TetMesh) -> float:
 
 
 def shapes(points: np.ndarray, cells: np.ndarray) -> tuple:
-    """SICN, radius ratio 3r/R and dihedral angles [degrees] of the straight cells; 1 is that of the regular tetrahedron.
+    """SICN, radius ratio 3r/R and dihedral angles [degrees] of the straight cells; the first two are 1 for the regular tetrahedron.
 
     SICN is gmsh's signed inverse condition number: 3 det S / (|S| |adj S|), S = J · (regular)^-1."""
     x = points[cells[:, :4]]

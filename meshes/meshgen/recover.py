@@ -42,7 +42,7 @@ def skin(geometry: Geometry, size: float) -> tuple:
 def fine(points: np.ndarray, triangles: np.ndarray, face: np.ndarray, size: float) -> tuple:
     """Points, triangles and faces of a surface whose triangles are halved until their edges are at most `size`.
 
-    Neighbours may be divided differently: distances do not mind."""
+    Neighbours may be divided differently, which does not affect distances."""
     corners = points[triangles]
     while len(corners) < MOST:
         lengths = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
@@ -58,8 +58,8 @@ def fine(points: np.ndarray, triangles: np.ndarray, face: np.ndarray, size: floa
 
 
 def nearest_faces(points: np.ndarray, facets: np.ndarray, skin: Skin) -> np.ndarray:
-    """Face of each facet: the one that is nearest to its centre,
-    where a normal that differs by an angle a counts as a distance of (1 - cos a) times the facet's size."""
+    """Face of each facet: the face nearest to its centre,
+    where a normal that differs by an angle a counts as an additional distance of (1 - cos a) times the facet's size."""
     corners = points[facets]
     centres, normals, sizes = corners.mean(axis=1), *unit_normals(corners)
     tags = np.unique(skin.face)

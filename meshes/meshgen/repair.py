@@ -1,6 +1,6 @@
-"""Repair of triangle surfaces from files: what can be mended without a choice is mended and reported, the rest is refused with its place.
+"""Repair of triangle surfaces from files: defects with a unique repair are repaired and reported, all others are refused with their position.
 
-Lengths are in the unit of the file; tolerances are shares of its largest extent."""
+Lengths are in the unit of the file; tolerances are relative to its largest extent."""
 
 import numpy as np
 
@@ -9,16 +9,16 @@ from .crossing import crossing_point, crossings, place
 from .errors import BadRequest
 from .surface import Surface
 
-COINCIDENT = 1e-7  # nodes closer than this are one, triangles lower than this are flat, and surfaces closer than this are in contact
+COINCIDENT = 1e-7  # nodes closer than this are merged, triangles of smaller height are flat, and surfaces closer than this are in contact
 GAP = 1e-5  # nodes of open edges closer than this are joined
 ROUNDS = 8
-MOST_PAIRS = 300  # of crossing triangles that are examined, as each takes a sum over the whole surface
+MOST_PAIRS = 300  # largest number of crossing pairs that are examined, since each takes a sum over the whole surface
 
 
 def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool) -> Surface:
-    """The closed surface of some triangles: joined, without flat and doubled triangles, oriented, sorted into shells.
+    """The closed surface of some triangles: joined, without flat and duplicate triangles, oriented, sorted into shells.
 
-    may_cross: triangles of one shell that cross are reported and left where they cover no space twice, for generators that only ask what is inside."""
+    may_cross: crossing triangles of one shell are reported and kept if they cover no space twice, for generators that only test what is inside."""
     size = np.ptp(points[np.unique(triangles)], axis=0).max()
     if size == 0:
         raise BadRequest(f"{name}: all points of the surface coincide", "export it again")
@@ -61,9 +61,9 @@ def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool
 
 
 def covered_twice(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray, pairs: np.ndarray) -> np.ndarray | None:
-    """A point that the shell of two crossing triangles goes round twice: there its inside is not defined, and parity makes a hole of it.
+    """A point around which the shell of two crossing triangles winds twice: there the inside is not defined, and parity would make it a hole.
 
-    Of very many pairs, as of a scan with noise, some of all places are examined: pairs in a row along a crossing are alike."""
+    Of very many pairs, as in a noisy scan, a sample from the whole surface is examined: successive pairs along a crossing are similar."""
     sign = [1 if surface.volume(points, triangles[shell == own]) > 0 else -1 for own in range(shell.max() + 1)]
     for a, b in pairs[:: -(-len(pairs) // MOST_PAIRS) or 1].tolist():
         at = crossing_point(points[triangles[a]], points[triangles[b]])
@@ -88,7 +88,7 @@ def refuse(name: str, defects: list, twice: bool = False) -> None:
 
 
 def cleaned(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> tuple:
-    """Coincident nodes merged; flat triangles of two nodes, and doubled ones, dropped."""
+    """Merge coincident nodes; drop triangles that are left with two nodes, and duplicate triangles."""
     points, triangles = merged(points, triangles, np.unique(triangles), tolerance)
     keep = distinct(triangles)
     if not keep.all():
@@ -100,7 +100,7 @@ def cleaned(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs
 def merged(points: np.ndarray, triangles: np.ndarray, among: np.ndarray, tolerance: float) -> tuple:
     """Nodes of `among` within the tolerance of each other become the first of them.
 
-    They are sorted along an oblique line, on which near nodes are near."""
+    They are sorted along an oblique line, on which nearby nodes stay close."""
     line = points[among] @ np.array([0.61, 0.53, 0.59])
     order = np.argsort(line, kind="stable")
     pairs, step = [np.zeros((0, 2), int)], 1
@@ -127,7 +127,7 @@ def distinct(triangles: np.ndarray) -> np.ndarray:
 
 
 def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
-    """Of triangles with the same nodes one is kept, or none if they face each other: a wall without thickness."""
+    """Of triangles with the same nodes one is kept, or none if they face each other, as in a wall without thickness."""
     turns = (triangles[:, 0] > triangles[:, 1]).astype(int) + (triangles[:, 1] > triangles[:, 2]) + (triangles[:, 0] > triangles[:, 2])
     _, group, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
     group = group.ravel()
@@ -147,7 +147,7 @@ def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray
 
 
 def flipped(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> np.ndarray:
-    """Flat triangles with three distinct corners removed: the edge that holds the middle corner is flipped."""
+    """Remove flat triangles with three distinct corners: the edge that contains the middle corner is flipped."""
     triangles, count, where = triangles.copy(), 0, None
     for _ in range(ROUNDS):
         flat = np.flatnonzero(heights(points, triangles) <= tolerance)
@@ -187,7 +187,7 @@ def heights(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def joined(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> tuple:
-    """Open edges closed where there is one way only: gaps within the tolerance, nodes on edges, holes of three edges."""
+    """Close open edges if there is a unique solution: gaps within the tolerance, nodes on edges, holes of three edges."""
     border = open_edges(triangles)
     if not len(border):
         return points, triangles
@@ -215,7 +215,7 @@ def open_edges(triangles: np.ndarray) -> np.ndarray:
 
 
 def divided(points: np.ndarray, triangles: np.ndarray, border: np.ndarray, tolerance: float) -> np.ndarray | None:
-    """Triangles whose open edge passes through nodes of other open edges divided at these; None if there are none."""
+    """Divide triangles whose open edge passes through nodes of other open edges; None if there are none."""
     nodes, cuts = np.unique(border), {}
     for a, b in border.tolist():
         along = points[b] - points[a]
@@ -242,7 +242,7 @@ def divided(points: np.ndarray, triangles: np.ndarray, border: np.ndarray, toler
 
 
 def filled(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
-    """Holes of three edges closed by their triangle."""
+    """Close holes of three edges by a triangle."""
     border = open_edges(triangles)
     after = {}
     for a, b in border.tolist():
@@ -262,7 +262,7 @@ def filled(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarr
 
 
 def edge_defects(points: np.ndarray, triangles: np.ndarray) -> list:
-    """Holes and edges of more than two triangles, in words."""
+    """Describe holes, and edges of more than two triangles."""
     keys, _, counts = surface.edge_groups(triangles)
     defects = []
     border = keys[counts == 1]
@@ -281,7 +281,7 @@ def edge_defects(points: np.ndarray, triangles: np.ndarray) -> list:
 
 
 def node_defects(points: np.ndarray, triangles: np.ndarray) -> list:
-    """Nodes that two parts of the surface share without an edge, in words."""
+    """Describe nodes that two parts of the surface share without a common edge."""
     edges, owner = surface.edges_of(triangles)
     _, place, _ = surface.edge_groups(triangles)
     pair = np.argsort(place, kind="stable").reshape(-1, 2)
@@ -297,7 +297,7 @@ def node_defects(points: np.ndarray, triangles: np.ndarray) -> list:
 
 
 def without_flat_shells(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray, tolerance: float, repairs: list) -> tuple:
-    """Shells that enclose nothing, measured by their area times the tolerance, dropped."""
+    """Drop shells that enclose no volume, compared with their area times the tolerance."""
     corners = points[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     keep = np.ones(len(triangles), bool)
@@ -314,12 +314,12 @@ def without_flat_shells(points: np.ndarray, triangles: np.ndarray, shell: np.nda
 
 
 def first(points: np.ndarray, triangles: np.ndarray, mask: np.ndarray) -> str:
-    """The place of the first masked triangle."""
+    """The position of the first masked triangle."""
     return spot(points[triangles[int(np.argmax(mask))]].mean(axis=0))
 
 
 def spot(point: np.ndarray) -> str:
-    """A place in words."""
+    """A position as text."""
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 

@@ -47,7 +47,7 @@ class Request:
 
 
 def conversion(text: str) -> dict | None:
-    """The path, format and output of a request to convert a mesh; none if it asks for something else."""
+    """The path, format and output of a request to convert a mesh; None for any other request."""
     with contextlib.suppress(json.JSONDecodeError):
         raw = json.loads(text)
         if isinstance(raw, dict) and isinstance(asked := raw.get("convert"), dict):

@@ -13,10 +13,10 @@ CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for t
 NOISE = 0.05  # relative variation of the length in meshes with a seed
 ATTEMPTS = 24  # for a target count within the tolerance
 ALIKE = 0.05  # relative difference of counts that are bounded from below
-ABOVE = 1.2  # a number of cells that can be reached, over that bound
-LEAST_SAMPLES, MOST_SAMPLES = 40, 1000  # along the diagonal of a face, for distances from it
+ABOVE = 1.2  # ratio of a number of cells that can be reached to that bound
+LEAST_SAMPLES, MOST_SAMPLES = 40, 1000  # sample points along the diagonal of a face, for distances from it
 FACES = "the faces of the body"
-NEAR = 0.1  # the nearest attempt is taken within this share, if none is within the tolerance
+NEAR = 0.1  # the nearest attempt is accepted within this relative deviation, if none is within the tolerance
 
 
 def apply(length: float, wave: int, request, geometry) -> None:
@@ -62,7 +62,7 @@ def apply_field(h: float, wave: int, request, geometry) -> None:
 
 
 def noise(h: float, wave: int) -> str:
-    """A formula for the base length [mm]: constant for wave 0, else a plane wave of random direction and phase.
+    """A formula for the base length [mm]: constant for wave 0, otherwise a plane wave of random direction and phase.
 
     The seed of a request chooses the wave, so that meshes with different seeds are different samples of the
     same size; gmsh's own random seed hardly changes the mesh."""
@@ -106,7 +106,7 @@ def sampling(face: int, distance: float) -> int:
 
 
 def beyond(entry: dict, bounds: tuple) -> list:
-    """Corners or points [mm] of a grading entry that changes nothing, as it is farther than twice its distance from the bounds [mm] of a body."""
+    """Corners or points [mm] of a grading entry that has no effect, because it is farther than twice its distance from the bounds [mm] of a body."""
     if "feature" in entry:
         return []
     low, high = (np.asarray(corner) for corner in bounds)
@@ -134,7 +134,7 @@ def find_length(generate, volume: float, target: int, tolerance: float, log, bou
     Secant method in log length and log count, within the bracket of previous attempts. The count jumps where
     an edge of the CAD is divided differently; once the bracket is as narrow as such a jump, other waves of the size
     field (jitter 1, 2, …) are tried around it. If none is within the tolerance, the nearest is made again, if it is within NEAR.
-    The last call of generate() is the accepted one. bound: what keeps the cells small where the edge length does not."""
+    The last call of generate() is the accepted one. bound: the reason why cells stay small if the edge length does not limit them."""
     goal, tried, near = math.log(target), [], max(tolerance, NEAR)
     scatter = random.Random(0)
     x, jitter = math.log((volume * CELLS_PER_CUBE / target) ** (1 / 3)), 0
@@ -144,7 +144,7 @@ def find_length(generate, volume: float, target: int, tolerance: float, log, bou
         if abs(count - target) <= tolerance * target:
             return math.exp(x), jitter
         tried.append((x, math.log(count) - goal, jitter))
-        # Longer edges make no fewer cells
+        # Longer edges do not reduce the number of cells
         if len(tried) > 3 and not coarse(tried) and abs(tried[-1][1] - tried[-3][1]) < 0.01:
             break
         if is_bounded(tried) and min(excess for _, excess in fine(tried)) > math.log(1 + near):
@@ -179,7 +179,7 @@ def fine(tried: list) -> list:
 
 
 def coarse(tried: list) -> list:
-    """The same of those with too few."""
+    """(log length, log(count / target)) of the attempts with too few cells."""
     return [attempt[:2] for attempt in tried if attempt[1] <= 0]
 
 
@@ -189,7 +189,7 @@ def is_stuck(tried: list) -> bool:
 
 
 def is_bounded(tried: list) -> bool:
-    """Whether longer edges make no fewer cells: every attempt has too many, and three or more, whose lengths differ by a factor of two or more, have
+    """Whether longer edges do not reduce the number of cells: every attempt has too many, and three or more, whose lengths differ by a factor of two or more, have
     counts within ALIKE of the smallest."""
     if coarse(tried):
         return False

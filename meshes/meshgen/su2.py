@@ -1,4 +1,4 @@
-"""SU2 meshes: points, cells, and the boundary facets of every marker, which are a region of its name."""
+"""SU2 meshes: points, cells, and the boundary facets of every marker, which become a region of the same name."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ KINDS = {1: (15, 1), 3: (1, 2), 5: (2, 3), 9: (3, 4), 10: (4, 4), 12: (5, 8), 13
 
 
 class Reader:
-    """The lines of a file, without comments, blank ones, and the direction of halos, which is between a count and its lines."""
+    """The lines of a file, without comments, blank lines, and the send-receive direction of halos, which is between a count and its lines."""
 
     def __init__(self, path: Path, data: bytes):
         self.path = path
@@ -24,7 +24,7 @@ class Reader:
         self.numbers: dict = {}  # (marker, kind) -> numbers of the cells, from zero
 
     def text(self, number: int, line: bytes) -> str:
-        """A line without its comment, which may be in another code than UTF-8."""
+        """A line without its comment, which may be in an encoding other than UTF-8."""
         try:
             return line.partition(b"%")[0].decode().strip()
         except UnicodeDecodeError:
@@ -34,7 +34,7 @@ class Reader:
         return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
 
     def read(self) -> None:
-        """Every keyword with the lines that belong to it. Those of keywords without a mesh, such as FFD boxes, are passed over."""
+        """Every keyword with the lines that belong to it. Keywords that are not part of the mesh, such as FFD boxes, are skipped."""
         marker, is_known, announced, found = "", False, (0, 0), 0  # announced: the line and the number of markers
         while self.at < len(self.lines):
             number, line = self.lines[self.at]

@@ -10,7 +10,7 @@ from .errors import BadRequest
 
 @dataclass
 class Surface:
-    """Shells that enclose one or several solids; no two triangles touch except at shared nodes.
+    """Shells that enclose one or several solids; triangles are in contact only at shared nodes.
 
     points     (n, 3)
     triangles  (m, 3), normals point out of the solid: away from it on outer shells, into the hollow on cavities
@@ -70,7 +70,7 @@ def edge_groups(triangles: np.ndarray) -> tuple:
 
 
 def neighbours(triangles: np.ndarray) -> list | None:
-    """For every triangle those across its edges, each with whether one of the two must be reversed to agree.
+    """For every triangle its neighbours across the edges, each with whether one of the two must be reversed to agree.
 
     None if some edge does not have two triangles."""
     edges, owner = edges_of(triangles)
@@ -114,7 +114,7 @@ def walk(neighbours: list) -> tuple:
 
 
 def nested(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray) -> tuple:
-    """The triangles with normals out of the solids, and the solids as lists of shells, the outer one first.
+    """The triangles with normals pointing out of the solids, and the solids as lists of shells, the outer shell first.
 
     A shell inside an even number of others is an outer surface, one inside an odd number is a wall of a cavity of
     the smallest of them."""
@@ -143,7 +143,7 @@ def nested(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray) -> tupl
 
 
 def winding(probes: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """How often outward triangles (m, 3, 3) wind round each point, by their solid angles (van Oosterom and Strackee, 1983, eq. 8)."""
+    """Winding number of outward triangles (m, 3, 3) about each point, from their solid angles (van Oosterom and Strackee, 1983, eq. 8)."""
     total = np.empty(len(probes))
     for i, probe in enumerate(probes):
         a, b, c = (corners[:, k] - probe for k in range(3))
@@ -165,7 +165,7 @@ def patches(points: np.ndarray, triangles: np.ndarray, crease: float) -> np.ndar
 
 
 def components(count: int, pairs: np.ndarray) -> np.ndarray:
-    """Number of the component of every one of `count` things, from pairs (k, 2) that belong together."""
+    """Connected component of each of `count` items, from pairs (k, 2) that belong together."""
     label = np.arange(count)
     while True:
         low = label.copy()
@@ -185,6 +185,6 @@ def normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume enclosed by outward triangles. The origin is moved to the surface, so that distant bodies lose no digits."""
+    """Volume enclosed by outward triangles. The origin is moved to the surface, so that no digits are lost for distant bodies."""
     a, b, c = (points[triangles[:, i]] - points[triangles[0, 0]] for i in range(3))
     return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6)

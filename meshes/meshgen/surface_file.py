@@ -11,7 +11,7 @@ RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute
 
 
 def read(path: Path, format: str) -> tuple:
-    """Points (n, 3) and triangles (m, 3) of a surface file, as it has them."""
+    """Points (n, 3) and triangles (m, 3) of a surface file, unchanged."""
     try:
         if format in READERS:
             with convert.prepared(path, format) as readable:
@@ -55,7 +55,7 @@ def soup(corners: np.ndarray) -> tuple:
 def read_stl(path: Path) -> tuple:
     """Binary if the length fits the number of triangles in the header, otherwise ASCII, whatever the first word is.
 
-    Some programs fill up the end of a binary file: zeros, or bytes that are too few for another triangle."""
+    Some programs pad the end of a binary file: with zeros, or with bytes too few for another triangle."""
     data = path.read_bytes()
     count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
     end = 84 + RECORD.itemsize * count

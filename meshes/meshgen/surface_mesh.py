@@ -13,7 +13,7 @@ from .mesh import check_volume, straight_second_order
 from .request import Request
 from .surface import Surface
 
-CREASES = (40, 20, 60)  # degrees; a surface is cut into faces where it bends by more; others than the first if gmsh fails
+CREASES = (40, 20, 60)  # degrees; a surface is cut into faces where it bends by more; the others are tried if gmsh fails
 
 
 def mesh(request: Request) -> tuple:
@@ -38,14 +38,14 @@ def mesh(request: Request) -> tuple:
 
 
 def by_cgal(request: Request, body: Surface) -> tuple:
-    """CGAL's mesh of the surface itself: gmsh takes no part."""
+    """CGAL's mesh of the surface itself, without gmsh."""
     from . import cgal_driver
 
     return cgal_driver.mesh_surface(request, body, surface.patches(body.points, body.triangles, math.radians(CREASES[0])))
 
 
 def by_gmsh(request: Request, name: str, body: Surface) -> tuple:
-    """gmsh's mesh along the first route that leads to one with the volume of the surface."""
+    """gmsh's mesh by the first route whose mesh has the volume of the surface."""
     linear = request.linear()
     routes = [(f"faces cut at {angle} degrees", lambda angle=angle: parametrised(body, math.radians(angle))) for angle in CREASES]
     if not (request.grading or request.size_field or request.seed):
@@ -70,7 +70,7 @@ def by_gmsh(request: Request, name: str, body: Surface) -> tuple:
 
 
 def parametrised(body: Surface, crease: float) -> Geometry:
-    """The volume inside the surface, cut into faces along its creases, which gmsh maps to the plane and meshes anew."""
+    """The volume inside the surface, cut into faces along its creases, which gmsh maps to the plane and remeshes."""
 
     def rebuild(_length: float | None = None) -> tuple:
         gmsh.clear()
@@ -88,7 +88,7 @@ def parametrised(body: Surface, crease: float) -> Geometry:
 
 
 def remeshed(body: Surface) -> Geometry:
-    """The volume inside the surface with triangles of the wanted length from CGAL, which gmsh takes as they are."""
+    """The volume inside the surface, with triangles of the requested edge length from CGAL, which gmsh leaves unchanged."""
     from . import cgal_driver
 
     cgal_driver.load()

@@ -1,4 +1,4 @@
-"""TetGen's pair of files: whether `.node` and `.ele` hold what they announce. meshio seeks the first line without an end."""
+"""TetGen's pair of files: whether `.node` and `.ele` contain what they announce. meshio would search for the first line endlessly."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from .errors import BadRequest
 
 
 def check(path: Path) -> None:
-    """Refuse a pair of which a file has no counts or fewer numbers than it announces, and cells of second order."""
+    """Refuse a pair in which a file has no counts or fewer numbers than announced, and second-order cells."""
     for file, what, own in ((path.with_suffix(".node"), "nodes", 4), (path.with_suffix(".ele"), "cells", 1)):
         rows = words(file)
         try:
@@ -30,7 +30,7 @@ def first(path: Path) -> int:
 
 
 def words(file: Path) -> list:
-    """The words of the lines that hold some, without comments."""
+    """The words of the non-empty lines, without comments."""
     lines = (line.partition("#")[0].split() for line in file.read_text("utf-8").splitlines())
     return [line for line in lines if line]
 

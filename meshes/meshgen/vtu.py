@@ -1,4 +1,4 @@
-"""XML VTK: what meshio does not read of it, or would read in part."""
+"""XML VTK: handling of features that meshio does not read, or would read only in part."""
 
 import re
 from pathlib import Path
@@ -7,13 +7,13 @@ from .errors import BadRequest
 
 VOXEL = "voxel"  # Name by which meshio gives these cells
 NUMBER = 11  # VTK's number of voxels
-FLAT = ("2", "4", "6")  # VTK's numbers of cells of any number of nodes that have no volume, and are left out: clouds of points, polylines, strips of triangles
+FLAT = ("2", "4", "6")  # VTK's numbers of cells without volume and of any number of nodes, which are left out: poly-vertices, polylines, triangle strips
 HEAD = 4096  # Bytes within which a file begins
 AS_HEXAHEDRON = [0, 1, 3, 2, 4, 5, 7, 6]  # The rows of a voxel run in one direction, those of a hexahedron around
 
 
 def teach_voxels() -> None:
-    """Make meshio read voxels, which it would leave out."""
+    """Make meshio read voxels, which it would otherwise leave out."""
     from meshio import _common, _mesh, _vtk_common
 
     _vtk_common.vtk_to_meshio_type[NUMBER] = VOXEL
@@ -22,7 +22,7 @@ def teach_voxels() -> None:
 
 
 def readable(data: bytes) -> bytes:
-    """The bytes of a file as meshio reads them: of version 1.0, and with an end of the line behind raw data.
+    """The bytes of a file as meshio can read them: as version 1.0, and with a line break after raw data.
 
     Versions 2.2 and 2.3 differ in polyhedra and in cells of high order, which are refused by their type."""
     tag = re.search(rb"<VTKFile\b[^>]*>", data[:HEAD])
@@ -39,7 +39,7 @@ def readable(data: bytes) -> bytes:
 
 
 def end_of_raw(head: bytes, arrays: bytes, raw: bytes) -> int | None:
-    """The length of the appended arrays without what follows on them; none where they do not fit."""
+    """The length of the appended arrays without trailing bytes; None if they do not fit."""
     word = 8 if b"UInt64" in head else 4
     order = "big" if b"BigEndian" in head else "little"
     last = max(map(int, re.findall(rb"""\boffset\s*=\s*["']\s*(\d+)""", arrays)), default=None)
@@ -60,7 +60,7 @@ def end_of_raw(head: bytes, arrays: bytes, raw: bytes) -> int | None:
 
 
 def check(path: Path, readable: Path) -> None:
-    """Refuse several pieces, of which one would be read."""
+    """Refuse several pieces, of which only one would be read."""
     count = pieces(readable)
     if count > 1:
         fact = f"it has {count} pieces, of which only one is read"
@@ -68,6 +68,6 @@ def check(path: Path, readable: Path) -> None:
 
 
 def pieces(path: Path) -> int:
-    """The number of pieces of a file. Appended data, which may be binary, come behind them."""
+    """The number of pieces of a file. Appended data, which may be binary, follow after them."""
     head, _, _ = path.read_bytes().partition(b"<AppendedData")
     return len(re.findall(rb"<Piece[\s>/]", re.sub(rb"<!--.*?-->", b"", head, flags=re.S)))

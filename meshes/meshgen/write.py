@@ -17,7 +17,7 @@ def write(mesh: TetMesh, path: str) -> None:
 
 
 def save(data: bytes, path: str) -> None:
-    """Store a file, gzipped by its name; it appears whole or not at all."""
+    """Write a file, gzipped if its name says so; it appears whole or not at all."""
     if path.endswith(".gz"):
         data = gzip.compress(data, compresslevel=9, mtime=0)
     target = Path(path)

@@ -15,7 +15,7 @@ if _native.__version__ != VERSION:
         f"durometer {VERSION} has found the library of version {_native.__version__}; "
         "install it again: pip install --force-reinstall durometer"
     )
-# The program starts itself and the mesher by this interpreter
+# The program starts itself and the mesher with this interpreter
 if sys.executable:
     _native.set_python(sys.executable)
 
@@ -66,7 +66,8 @@ __all__ = [
 def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete.
 
-    An exception of a law in Python comes through. Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
+    Exceptions of a law in Python are propagated. Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as
+    KeyboardInterrupt.
     """
     if isinstance(arguments, str):
         raise InputError("the arguments are one text", f"give a list, such as {arguments.split()}")

@@ -7,7 +7,7 @@ from . import _native
 
 
 def run() -> int:
-    """Runs the command line as a program of its own would: Ctrl-C ends it, where a command does not take it, and so does a closed pipe."""
+    """Runs the command line as a standalone program: Ctrl-C ends it, unless a command handles it, and so does a closed pipe."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _native.main(sys.argv[1:], True)
 

@@ -1,4 +1,5 @@
-"""Recorded values at the end of a run as a function of numbers of its scene, with derivatives: what `durometer.torch` and `durometer.jax` share."""
+"""Recorded values at the end of a run as a function of numbers of its scene, with derivatives: the common part of `durometer.torch` and
+`durometer.jax`."""
 
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ import numpy
 from ._native import Run, Scene, set_threads
 from .errors import InputError, RunError, warn_of_doubtful
 
-#: Runs that are kept for their derivatives
+#: Number of runs that are kept for their derivatives
 KEPT = 2
 
 
@@ -26,13 +27,13 @@ class EndFunction(Protocol):
 
 
 def no_second_derivatives() -> InputError:
-    """The refusal of a derivative of a derivative."""
+    """Returns the refusal of a second derivative."""
     fact = "a run has no second derivatives, which a Hessian, a penalty of a gradient or Newton's method takes"
     return InputError(fact, "take differences of gradients, or a method that needs first derivatives only, such as L-BFGS")
 
 
 def names(what: str, given: Any, example: str) -> list[str]:
-    """A list of different names."""
+    """Returns a list of names, which must be distinct."""
     if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
         raise InputError(f"{what} is no list of names", f"write for example {example}")
     if not given or len(set(given)) < len(given):
@@ -49,7 +50,7 @@ class EndValues:
         if "refine" in scene.get("mesh"):
             fact = "the scene has mesh.refine, which makes another mesh for each design: the values jump between them"
             raise InputError(fact, "take refine out of [mesh], and give cells that are as small as those of its last mesh")
-        # The scene is assembled and asked for its columns by as many threads as it is run
+        # The scene is assembled and asked for its columns with the same number of threads as it is run
         set_threads(threads)
         self.scene = scene
         self.keys = names("keys", keys, '["laws.rubber.mu"]')
@@ -67,7 +68,7 @@ class EndValues:
             remedy = f"take columns that have one: {', '.join(known)}" if known else "add a [[probe]] whose columns have one, such as position"
             raise InputError(f"{', '.join(without)} has no derivative", remedy)
         self._runs: OrderedDict[bytes, Any] = OrderedDict()
-        #: Held where `_runs` is read or changed, and not during a run
+        #: Held while `_runs` is read or changed, but not during a run
         self._lock = Lock()
 
     def values(self, numbers: numpy.ndarray) -> numpy.ndarray:
@@ -82,7 +83,7 @@ class EndValues:
             fact = f"the derivative by {', '.join(self.columns)} is {numpy.asarray(weights).tolist()}"
             raise InputError(fact, "let what is computed from the values be finite")
         found = self._solved(numbers)
-        # A column that does not count may have no derivative
+        # A column of weight zero need not have a derivative
         weighted = {name: float(weight) for name, weight in zip(self.columns, weights) if weight}
         if isinstance(found, Run):
             try:
@@ -139,7 +140,7 @@ class EndValues:
 
 
 def chosen(scene: Scene, method: str) -> str:
-    """ "adjoint" or "forward"."""
+    """Returns the method, "adjoint" or "forward"."""
     if method == "auto":
         try:
             scene.check_gradient()

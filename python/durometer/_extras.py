@@ -1,4 +1,4 @@
-"""Packages that only some functions need."""
+"""Optional packages, which only some functions need."""
 
 import importlib
 from types import ModuleType
@@ -7,7 +7,7 @@ from .errors import MissingExtra
 
 
 def extra(module: str, name: str) -> ModuleType:
-    """The module, or the exception that says how to install it."""
+    """Imports a module, or raises the exception that says how to install it."""
     try:
         return importlib.import_module(module)
     except ImportError as missing:

@@ -1,4 +1,4 @@
-"""Results as tables of pandas."""
+"""Results as pandas tables."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from ._extras import extra
 
 
 def of_run(run: Any) -> Any:
-    """A copy of the rows of a run, indexed by time."""
+    """Returns a copy of the rows of a run, indexed by time."""
     pandas = extra("pandas", "pandas")
     frame = pandas.DataFrame(run.values, columns=run.columns, copy=True).set_index("t_s")
     frame.attrs["units"] = run.units
@@ -14,7 +14,7 @@ def of_run(run: Any) -> Any:
 
 
 def of_sensitivities(found: Any) -> Any:
-    """A copy of the derivatives, indexed by time, with (column, key) over each."""
+    """Returns a copy of the derivatives, indexed by time, with columns labelled (column, key)."""
     pandas = extra("pandas", "pandas")
     columns = pandas.MultiIndex.from_product([found.columns, found.keys], names=["column", "key"])
     index = pandas.Index(found.times.copy(), name="t_s")
@@ -22,7 +22,7 @@ def of_sensitivities(found: Any) -> Any:
 
 
 def of_constants(fit: Any) -> Any:
-    """Constants with their units and intervals."""
+    """Returns the constants with their units and intervals."""
     pandas = extra("pandas", "pandas")
     ends = [fit.intervals[name] or (float("nan"), float("nan")) for name in fit.constants]
     rows = {

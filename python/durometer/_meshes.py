@@ -1,4 +1,4 @@
-"""The body of a run as a grid of pyvista or a mesh of meshio."""
+"""The body of a run as a pyvista grid or a meshio mesh."""
 
 from typing import Any
 
@@ -6,17 +6,17 @@ import numpy
 
 from ._extras import extra
 
-#: Nodes of a cell → its type of VTK and its name in meshio
+#: Number of nodes of a cell → its VTK type and its name in meshio
 KINDS = {4: (10, "tetra"), 10: (24, "tetra10")}
 
 
 def at(fields: dict[str, numpy.ndarray], k: int) -> dict[str, numpy.ndarray]:
-    """Copies of the fields at one time; those of one component without an axis for it."""
+    """Returns copies of the fields at one time; fields of one component have no axis for components."""
     return {name: (values[k, :, 0] if values.shape[2] == 1 else values[k]).copy() for name, values in fields.items()}
 
 
 def pyvista_grid(run: Any, k: int) -> Any:
-    """The body with the fields of one time, displaced where its displacements were recorded."""
+    """Returns the body with the fields of one time, displaced if its displacements were recorded."""
     pyvista = extra("pyvista", "view")
     cells = run.cells.astype(numpy.int64)
     kind = KINDS[cells.shape[1]][0]
@@ -31,9 +31,9 @@ def pyvista_grid(run: Any, k: int) -> Any:
 
 
 def meshio_mesh(run: Any, k: int) -> Any:
-    """The body at rest with the fields of one time, which meshio writes in its formats."""
+    """Returns the body at rest with the fields of one time as a mesh, which meshio can write in its formats."""
     meshio = extra("meshio", "mesh")
     name = KINDS[run.cells.shape[1]][1]
     of_cells = {field: [values] for field, values in at(run.cell_fields, k).items()}
-    # Its formats know no unsigned numbers
+    # Its formats do not support unsigned integers
     return meshio.Mesh(run.nodes.copy(), [(name, run.cells.astype(numpy.int64))], point_data=at(run.fields, k), cell_data=of_cells)

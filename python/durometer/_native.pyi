@@ -1,4 +1,4 @@
-"""Types of the library; the classes are those of `durometer`."""
+"""Type stubs of the library; its classes are those of `durometer`."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What `pickle` calls to make scenes, runs and exceptions again in another process."""
+"""Functions that `pickle` calls to rebuild scenes, runs and exceptions in another process."""
 
 from typing import Any
 
@@ -9,12 +9,12 @@ from .report import Report
 
 
 def scene(file: Any, text: str) -> Scene:
-    """A scene of its text, whose files are found from the folder of `file`."""
+    """Rebuilds a scene from its text; the paths of its files are relative to the folder of `file`."""
     return Scene._pickled(file, text)
 
 
 def run(kept: dict[str, Any]) -> Run:
-    """A run of its results, for reading only as before."""
+    """Rebuilds a run from its results, whose arrays are read-only as before."""
     for item in (kept, kept["fields"], kept["cell_fields"]):
         for array in item.values():
             if isinstance(array, numpy.ndarray):
@@ -23,10 +23,10 @@ def run(kept: dict[str, Any]) -> Run:
 
 
 def portable(result: Any) -> Run | Report | dict[str, Any] | None:
-    """The result of an exception, where it can be pickled."""
+    """Returns the result of an exception if it can be pickled, otherwise `None`."""
     return result if isinstance(result, (Run, Report, dict)) else None
 
 
 def error(kind: type, fact: str, remedy: str, status: str, result: Any) -> Exception:
-    """An exception of `durometer.errors`."""
+    """Rebuilds an exception of `durometer.errors`."""
     return kind(fact, remedy, status, result=result)

@@ -1,4 +1,4 @@
-"""A bar of progress in terminals and notebooks, on the standard error."""
+"""A progress bar in terminals and notebooks, on the standard error."""
 
 import sys
 import time
@@ -7,12 +7,12 @@ from typing import Any
 
 from .errors import InputError
 
-#: Characters of the bar, and seconds between two of its pictures
+#: Width of the bar in characters, and least time between two updates [s]
 WIDTH, OFTEN = 30, 0.2
 
 
 class Bar:
-    """Draws how much is done."""
+    """Draws the progress of some work."""
 
     def __init__(self) -> None:
         self.start = time.monotonic()
@@ -31,7 +31,7 @@ class Bar:
         self.is_open = True
 
     def close(self) -> None:
-        """Ends the line of what was drawn."""
+        """Ends the line of the bar."""
         if self.is_open:
             sys.stderr.write("\n")
             sys.stderr.flush()
@@ -51,6 +51,6 @@ def follower(progress: Any) -> Callable[[float, float], Any] | None:
 
 
 def close(follower: Callable[[float, float], Any]) -> None:
-    """Ends the line of a bar, when the work that it follows has come to its end or was stopped."""
+    """Ends the line of a bar when the work that it follows has ended or was stopped."""
     if isinstance(follower, Bar):
         follower.close()

@@ -1,4 +1,4 @@
-"""A measured curve and the scene that is to reproduce it."""
+"""A measured curve, and the scene that should reproduce it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ class Curve:
     """A measured curve y(x), in the units of the columns of its scene.
 
     `over` is the time `t_s` or a signal that the scene prescribes, with the measured values `x`; `column` is a recorded column with the measured
-    values `y`. Curves of one `specimen` share its level; a curve without a name of its specimen is of one of its own.
+    values `y`. Curves of one `specimen` share its level; a curve without a specimen name belongs to a specimen of its own.
     """
 
     scene: Scene

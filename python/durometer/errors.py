@@ -1,4 +1,4 @@
-"""Exceptions: what is wrong (`fact`), what helps (`remedy`), and how it ended (`status`); and the warning of derivatives."""
+"""Exceptions: what is wrong (`fact`), how to fix it (`remedy`), and how the call ended (`status`); and the warning of doubtful derivatives."""
 
 import sys
 import warnings
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class DurometerError(Exception):
-    """Every exception of this package.
+    """The base class of the exceptions of this package.
 
     >>> import durometer
     >>> try:
@@ -26,7 +26,7 @@ class DurometerError(Exception):
         self.result = result
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """How `pickle` makes it again: a `Run`, a `Report` or a dictionary goes along in `result`, anything else stays behind."""
+        """Tells `pickle` how to rebuild the exception; its `result` is kept if it is a `Run`, a `Report` or a dictionary, and dropped otherwise."""
         from ._pickled import error, portable
 
         return error, (type(self), self.fact, self.remedy, self.status, portable(self.result))
@@ -37,10 +37,10 @@ class InputError(DurometerError, ValueError):
 
 
 class RunError(DurometerError, RuntimeError):
-    """A run, a search or a study that is not complete; `result` has what was computed. The program ends with exit code 3.
+    """A run, a search or a study that is not complete; `result` has the partial result. The program ends with exit code 3.
 
-    Functions of `durometer.jax` and `durometer.torch` raise it for every design that has no answer: also where the scene refuses the numbers
-    (`status` is "Refused"), and where there is no derivative ("NoDerivative").
+    Functions of `durometer.jax` and `durometer.torch` raise it for every design without an answer: also if the scene refuses the numbers
+    (`status` is "Refused"), and if there is no derivative ("NoDerivative").
     """
 
 
@@ -49,14 +49,14 @@ class MissingExtra(DurometerError, ImportError):
 
 
 class OutOfDomain(DurometerError, ArithmeticError):
-    """Raised by a law in Python where it is not defined: the step is tried again with a part of its length, as for a number that is not finite."""
+    """Raised by a law in Python where it is not defined: the step is then repeated with a fraction of its length, as for a number that is not finite."""
 
     def __init__(self, fact: str = "the law is not defined here", remedy: str = "", status: str = "Refused", *, result: Any = None):
         super().__init__(fact, remedy, status, result=result)
 
 
 class DoubtfulDerivative(UserWarning):
-    """Derivatives whose estimated error is above 1e-6 of their size; `doubtful` has key, value and estimated error of each."""
+    """Derivatives whose relative estimated error is above 1e-6; `doubtful` has key, value and estimated error of each."""
 
     def __init__(self, doubtful: list[tuple[str, float, float]]):
         texts = [f"by {key} {value:.6g} ± {error:.1g}" for key, value, error in doubtful]
@@ -64,11 +64,11 @@ class DoubtfulDerivative(UserWarning):
         self.doubtful = doubtful
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """How `pickle` makes it again: from what it was made of, not from its text."""
+        """Tells `pickle` to rebuild the warning from its derivatives, not from its text."""
         return type(self), (self.doubtful,)
 
 
-#: Packages through which runs and derivatives are asked for
+#: Packages through which runs and derivatives are requested
 BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}
 
 
@@ -85,7 +85,7 @@ def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
 
 
 def level_of_user() -> int:
-    """Number of calls from the caller up to the code of the user; 2, the next call, in a thread of JAX, where there is no such code."""
+    """Returns the number of calls from the caller up to the user's code; 2, the next call, in a thread of JAX, which has no such code."""
     frame, level = sys._getframe(1), 1
     while is_between(frame):
         if frame.f_back is None:
@@ -95,12 +95,12 @@ def level_of_user() -> int:
 
 
 def is_between(frame: FrameType) -> bool:
-    """Whether the code is of a package through which the user calls."""
+    """Returns whether the code belongs to a package through which the user calls."""
     return frame.f_globals.get("__name__", "").split(".")[0] in BETWEEN
 
 
 def raise_at_user(why: BaseException) -> None:
-    """Raises the exception in the code of the user as soon as that code continues, whatever a package in between makes of it; not under a debugger."""
+    """Raises the exception in the user's code as soon as that code continues, however a package in between handles it; does nothing under a debugger."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and is_between(frame):
         frame = frame.f_back

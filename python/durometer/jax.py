@@ -19,22 +19,23 @@ def function(
     method: str = "auto",
     threads: int | None = None,
 ) -> EndFunction:
-    """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
+    """Returns the function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
-    It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other. Forward mode (`jax.jvp`, and with it
-    `jax.hessian`) raises the `TypeError` of JAX, and a derivative of a derivative `InputError`. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
-    for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
-    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` and `jax.vmap` JAX raises in place of an exception of a
-    run its `JaxRuntimeError`, or a `ValueError` where a call before has succeeded, with its text. `KeyboardInterrupt` comes through.
+    The function supports `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it row by row. Forward mode (`jax.jvp`, and with it
+    `jax.hessian`) raises the `TypeError` of JAX, and a second derivative raises `InputError`. `function.start` has the numbers of the scene, and
+    `function.method` says how derivatives are computed: "adjoint" (one solution for each backward pass, whatever the number of keys; static scenes)
+    or "forward" (one solution for each key, within the run itself). Switch `jax_enable_x64` on, otherwise JAX rounds numbers and results to
+    float32. Within `jax.jit` and `jax.vmap`, JAX replaces an exception of a run by its `JaxRuntimeError`, or by a `ValueError` if an earlier call has
+    succeeded, with the text of the exception. `KeyboardInterrupt` is propagated.
 
-    Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
-    `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.
+    Derivatives are exact for constants of laws of the library and finite differences of the equations, not of runs, for other keys; a warning
+    `DoubtfulDerivative` names those whose relative estimated error is above 1e-6.
     """
     jax: Any = extra("jax", "jax")
     of = EndValues(scene, keys, columns, method, threads)
 
     def called(host: Callable[..., numpy.ndarray], size: int, numbers: Any, *others: Any) -> Any:
-        """Without a trace at once, so that exceptions are those of the run."""
+        """Calls `host` directly if nothing is traced, so that exceptions are those of the run."""
         host_in_type = lambda *given: host(*map(numpy.asarray, given)).astype(numbers.dtype)  # noqa: E731
         if not any(isinstance(given, jax.core.Tracer) for given in (numbers, *others)):
             return jax.numpy.asarray(host_in_type(numbers, *others))
@@ -43,7 +44,7 @@ def function(
             try:
                 return host_in_type(*given)
             except KeyboardInterrupt as interrupt:
-                # JAX makes an error of it, like that of a design without an answer
+                # JAX turns it into an error like that of a design without an answer
                 raise_at_user(interrupt)
                 raise
 

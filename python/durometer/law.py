@@ -19,32 +19,33 @@ class Parameter(NamedTuple):
 
 
 class Law:
-    """A hyperelastic law in Python, a slow path: each evaluation of each quadrature point waits for the interpreter.
+    """A hyperelastic law in Python. This path is slow: each evaluation at each quadrature point waits for the interpreter.
 
-    A class that extends it gives `name` and the methods `energy`, `stress` and `tangent`; `register_law` makes it known to scenes, and
-    `check_law` compares the three with each other. With `parameters = "elastic"` an object has the attributes `E`, `nu`, `mu`, `lambda_` and
-    `kappa` [Pa]; otherwise those of its parameters, and the class gives `sample` and the method `moduli`.
+    A subclass defines `name` and the methods `energy`, `stress` and `tangent`; `register_law` makes it known to scenes, and
+    `check_law` compares the three methods with each other. With `parameters = "elastic"` an object has the attributes `nu` [–] and `E`, `mu`, `lambda_`
+    and `kappa` [Pa]; otherwise it has an attribute for each of its parameters, and the class must define `sample` and the method `moduli`.
 
-    Where it is not defined, such as beyond the largest stretch of its chains, a method returns a number that is not finite or raises
-    `OutOfDomain`: the run then takes a shorter step. At rest it must be defined.
+    Where the law is not defined, such as beyond the largest stretch of its chains, a method must return a number that is not finite or raise
+    `OutOfDomain`: the run then takes a shorter step. The law must be defined at rest.
     """
 
     #: Name in scenes
     name: ClassVar[str] = ""
-    #: Name as a paper writes it, formula of the energy, its source, and where it is not to be used
+    #: Name as written in papers, formula of the energy, its source, and the limits of its use
     title: ClassVar[str] = ""
     formula: ClassVar[str] = "in Python"
     source: ClassVar[str] = "in Python"
     limits: ClassVar[str] = "J > 0"
     #: "elastic", or a list of `Parameter`
     parameters: ClassVar[Any] = "elastic"
-    #: Values of the parameters for checks [SI]; of an elastic law E = 100 kPa and nu = 0.4
+    #: Values of the parameters for checks [SI]; for an elastic law E = 100 kPa and nu = 0.4
     sample: ClassVar[list[float]] = []
-    #: Whether it is defined where J is not positive
+    #: Whether the law is defined for J ≤ 0
     survives_inversion: ClassVar[bool] = False
-    #: Whether rotations leave the energy as it is
+    #: Whether rotations leave the energy unchanged
     objective: ClassVar[bool] = True
-    #: Whether the energy is linear in `mu` and `lambda_` of an elastic law: its derivatives by them are then exact, and otherwise differences
+    #: Whether the energy of an elastic law is linear in `mu` and `lambda_`: derivatives with respect to its constants are then exact, otherwise
+    #: differences
     linear: ClassVar[bool] = False
 
     def __init__(self, **constants: float) -> None:
@@ -56,17 +57,17 @@ class Law:
         cls.title = cls.title or cls.name
 
     def moduli(self) -> tuple[float, float]:
-        """Shear modulus and bulk modulus at small strain [Pa]."""
+        """Returns shear modulus and bulk modulus at small strain [Pa]."""
         raise NotImplementedError(f"the law {self.name} needs a method `moduli`, its shear and bulk modulus")
 
     def energy(self, F: numpy.ndarray) -> float:
-        """Energy density ψ at the deformation gradient F [3 × 3], in J/m³."""
+        """Returns the energy density ψ at the deformation gradient F [3 × 3], in J/m³."""
         raise NotImplementedError(f"the law {self.name} needs a method `energy`")
 
     def stress(self, F: numpy.ndarray) -> numpy.ndarray:
-        """P = ∂ψ/∂F [3 × 3], in Pa."""
+        """Returns the first Piola–Kirchhoff stress P = ∂ψ/∂F [3 × 3], in Pa."""
         raise NotImplementedError(f"the law {self.name} needs a method `stress`")
 
     def tangent(self, F: numpy.ndarray) -> numpy.ndarray:
-        """A = ∂P/∂F [3 × 3 × 3 × 3], A[i, J, k, L] = ∂P_iJ/∂F_kL, in Pa."""
+        """Returns the tangent A = ∂P/∂F [3 × 3 × 3 × 3], A[i, J, k, L] = ∂P_iJ/∂F_kL, in Pa."""
         raise NotImplementedError(f"the law {self.name} needs a method `tangent`")

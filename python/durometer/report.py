@@ -1,4 +1,4 @@
-"""The report of a study in its folder."""
+"""The report of a study in the folder of its results."""
 
 import csv
 import html
@@ -13,10 +13,10 @@ from .errors import InputError
 
 
 class Report:
-    """The results that the run of a study has left in a folder: `summary.json`, tables, figures and the page `index.html`."""
+    """The report that the run of a study has written into a folder: `summary.json`, tables, figures and the page `index.html`."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        # The session may change to another folder
+        # The current folder of the session may change
         self.folder = Path(folder).absolute()
         file = self.folder / "summary.json"
         try:
@@ -28,13 +28,13 @@ class Report:
 
     @staticmethod
     def write(folder: str | os.PathLike[str]) -> "Report":
-        """Analyses the stored results of a folder again and writes its report; nothing is solved."""
+        """Analyses the stored results of a folder again and rewrites its report; nothing is solved."""
         _native.write_report(folder)
         return Report(folder)
 
     @property
     def path(self) -> Path:
-        """The page, for a browser."""
+        """Path of the page to open in a browser."""
         return self.folder / "index.html"
 
     @property
@@ -54,18 +54,18 @@ class Report:
 
     @property
     def figures(self) -> list[Path]:
-        """The figures as PNG; SVG and PDF are next to them."""
+        """Paths of the figures as PNG; SVG and PDF are next to them."""
         return sorted((self.folder / "figures").glob("*.png"))
 
     def rows(self, table: str) -> list[dict[str, str]]:
-        """The lines of a table, as text by column; a repeated heading gets a number, as in `table`: `at [s]`, `at [s].1`."""
+        """Returns the rows of a table, as text by column; a repeated heading gets a number, as in `table`: `at [s]`, `at [s].1`."""
         with self._table(table).open(encoding="utf-8", newline="") as file:
             lines = csv.reader(file)
             headings = different(next(lines, []))
             return [dict(zip(headings, line)) for line in lines if line]
 
     def table(self, table: str) -> Any:
-        """The table as a pandas table; a dash or an empty cell has no value, any other text is a value."""
+        """Returns a table as a pandas table; a dash or an empty cell is a missing value, any other text is a value."""
         return extra("pandas", "pandas").read_csv(self._table(table), keep_default_na=False, na_values=["–", ""])
 
     def _table(self, name: str) -> Path:
@@ -83,7 +83,7 @@ class Report:
 
 
 def different(headings: list[str]) -> list[str]:
-    """The headings, in which a repeated one gets the next free number."""
+    """Returns the headings, with the next free number appended to each repeated one."""
     found: list[str] = []
     for heading in headings:
         name, number = heading, 0

@@ -19,14 +19,14 @@ def function(
     method: str = "auto",
     threads: int | None = None,
 ) -> EndFunction:
-    """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
+    """Returns the function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
-    `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution for each
-    backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives raise `InputError`.
-    Tensors of float32 are computed in float64.
+    `function.start` has the numbers of the scene, and `function.method` says how derivatives are computed: "adjoint" (one solution for each
+    backward pass, whatever the number of keys; static scenes) or "forward" (one solution for each key, within the run itself). Second derivatives
+    raise `InputError`. float32 tensors are computed in float64.
 
-    Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
-    `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.
+    Derivatives are exact for constants of laws of the library and finite differences of the equations, not of runs, for other keys; a warning
+    `DoubtfulDerivative` names those whose relative estimated error is above 1e-6.
     """
     torch: Any = extra("torch", "torch")
     of = EndValues(scene, keys, columns, method, threads)
@@ -64,5 +64,5 @@ def function(
 
 
 def in_float64(numbers: Any) -> numpy.ndarray:
-    """A copy on the processor."""
+    """Returns a copy in float64 on the CPU."""
     return numbers.detach().cpu().double().numpy()

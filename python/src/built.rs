@@ -1,4 +1,4 @@
-//! A scene on its mesh, which is read or made once, in a thread apart from Python.
+//! A scene assembled on its mesh, which is read or made once, in a thread of its own without the interpreter lock.
 
 use crate::raised::{Raised, Turn};
 use crate::solve::Link;
@@ -9,21 +9,21 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A scene on its mesh, and the exceptions of its laws in Python.
+/// A scene assembled on its mesh, and the exceptions of its laws in Python.
 #[derive(Clone)]
 pub struct Built {
     pub scene: Arc<durometer::scene::Scene>,
     pub raised: Arc<Raised>,
-    /// Why the refined mesh is not within its tolerance, and the remedy
+    /// Why the refined mesh misses its tolerance, and the remedy
     pub missed: Option<String>,
-    /// Time that the assembly took \[s\]
+    /// Time taken by the assembly \[s\]
     pub build_s: f64,
 }
 
-/// Failure of work in the thread apart from Python.
+/// The failure of work in the separate thread.
 pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 
-/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene with the laws that it knows.
+/// Reads or makes the mesh, refined if the scene asks for it, and assembles the scene with the laws that it knows.
 pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link).map(Turn::with_ending_laws);
@@ -36,8 +36,8 @@ pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Lin
 }
 
 impl Built {
-    /// Does work on the scene, which exceptions of its laws end. Where other work on it is under way and it has laws of Python, the work is done
-    /// on a copy with laws of its own, whose exceptions are no others'.
+    /// Does work on the scene, which an exception in one of its laws ends. If the scene has laws in Python and other work on it is in progress, the work
+    /// is done on a copy with its own laws, so that exceptions are not mixed up.
     pub fn during<T>(&self, link: &Arc<Link>, work: impl FnOnce(&durometer::scene::Scene) -> T) -> Result<T, Failed> {
         if !self.raised.has_laws() {
             return Ok(work(&self.scene));
@@ -51,7 +51,7 @@ impl Built {
     }
 }
 
-/// The mesh, and what is lacking where its refinement has missed the tolerance.
+/// Returns the mesh, and if its refinement missed the tolerance, a description of what is missing.
 fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<(Arc<Body>, Option<String>), Failed> {
     let body = Arc::new(Body::load(file, &spec.mesh, &mut |_| {})?);
     let Some(wanted) = &spec.mesh.refine else { return Ok((body, None)) };
@@ -65,7 +65,7 @@ fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<(
     Ok((found.body.clone(), found.missed()))
 }
 
-/// A run with its record, which is made apart from Python like the run itself: it evaluates laws, and uses threads that may wait for Python.
+/// A run with its record, which is made without the interpreter lock like the run itself: it evaluates laws, and uses threads that may wait for Python.
 pub struct Done {
     pub run: durometer::scene::Run,
     pub record: Box<CaseRecord>,

@@ -1,4 +1,4 @@
-//! The class `Calibration`: numbers of a scene from measured curves, by simulating them.
+//! The class `Calibration`: identifies numbers of a scene from measured curves by simulating them.
 
 use crate::array::own_array;
 use crate::error::{incomplete, input, refused, with_result};
@@ -18,7 +18,7 @@ use durometer::scene::{ParameterKey, Progress};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-/// Numbers of a scene that reproduce measured curves best, with intervals and what the curves do not determine.
+/// Numbers of a scene that best reproduce measured curves, with their intervals and the directions that the curves do not determine.
 #[pyclass(module = "durometer", frozen)]
 pub struct Calibration {
     found: Found,
@@ -27,14 +27,14 @@ pub struct Calibration {
 
 #[pymethods]
 impl Calibration {
-    /// Finds numbers of the scenes of `curves`, of `durometer.Curve`, which all of them share. The search begins at the values of the first scene.
+    /// Finds numbers that all scenes of `curves`, a list of `durometer.Curve`, share. The search begins at the values of the first scene.
     ///
-    /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
-    /// None for the whole range that has a meaning. Results are in the order of the keys.
-    /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve, which ends with the last data point, and at the end of the search. `check`: raise `RunError` where the search does not settle. Where it ends
-    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys `[SI]`; None where none were
-    /// better than the first.
+    /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and bounds (lower, upper), each a text with its unit or a number in SI units;
+    /// None as bounds for the whole admissible range. Results are in the order of the keys.
+    /// `weight`: "absolute", "relative" or "noise". `accuracy`: relative accuracy to which the scenes can reproduce the curves. `profile`: also compute
+    /// intervals by profile likelihood. `threads` and `progress` as in `Scene.run`; `progress` follows each forward solve, which ends with the last data
+    /// point, and the end of the search. `check`: raise `RunError` if the search does not converge. If the search is ended early, by an incomplete run or
+    /// by Ctrl-C, `result` of the exception has the best values so far, by key `[SI]`, or None if none were better than the first.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, threads = None, progress = None, check = true))]
     fn from_curves(
@@ -105,7 +105,7 @@ impl Calibration {
         self.found.constants.iter().map(|f| (&f.key, f.value)).into_py_dict(py)
     }
 
-    /// Key → its SI unit; `1` of a number without one.
+    /// Key → its SI unit; `1` for a dimensionless number.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let unit = |key: &str| -> PyResult<&'static str> {
@@ -116,27 +116,27 @@ impl Calibration {
         all.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
     }
 
-    /// Key → both ends of the 95 % interval `[SI]`; none where the curves do not determine the number.
+    /// Key → both ends of the 95 % interval `[SI]`; None if the curves do not determine the number.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let ends = |interval: Option<[f64; 2]>| interval.map(<(f64, f64)>::from);
         self.found.constants.iter().map(|f| (&f.key, ends(f.interval))).into_py_dict(py)
     }
 
-    /// `[unknowns × unknowns]` `[SI²]`, in the order of `constants`; none where a direction is not determined.
+    /// Covariance `[unknowns × unknowns]` `[SI²]`, in the order of `constants`; None if a direction is not determined.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();
         self.found.covariance.as_ref().map(|rows| own_array(py, rows.concat(), [n, n])).transpose()
     }
 
-    /// Directions that the curves do not determine, in words.
+    /// Directions that the curves do not determine, as text.
     #[getter]
     fn unidentified(&self) -> Vec<String> {
         self.found.unidentified.clone()
     }
 
-    /// Notes on what was done with the measured points, such as those beyond the range of the protocol, which are left out.
+    /// Notes on the treatment of the measured points, e.g. that points beyond the range of the protocol were left out.
     #[getter]
     fn notes(&self) -> Vec<String> {
         let of = |curve: &FittedCurve| {
@@ -146,25 +146,25 @@ impl Calibration {
         self.found.curves.iter().flat_map(of).collect()
     }
 
-    /// Whether the search came to its end.
+    /// Whether the search converged.
     #[getter]
     fn settled(&self) -> bool {
         self.found.settled()
     }
 
-    /// Forward solves of the search.
+    /// Number of forward solves of the search.
     #[getter]
     fn solves(&self) -> usize {
         self.found.solves
     }
 
-    /// Everything: curves with what is predicted, offsets, errors.
+    /// The complete result: curves with their predictions, offsets, errors.
     #[getter]
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &self.found)
     }
 
-    /// The scene of the first curve with the values that were found.
+    /// The scene of the first curve with the identified values.
     #[getter]
     fn scene(&self) -> PyResult<Scene> {
         let mut constants = self.found.constants.iter();
@@ -173,7 +173,7 @@ impl Calibration {
         constants.try_fold(scene, |scene, found| scene.with_si(&found.key, found.value))
     }
 
-    /// The numbers with their intervals as a table of pandas.
+    /// The numbers with their intervals as a pandas table.
     #[getter]
     fn frame<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._frames")?.call_method1("of_constants", (slf,))
@@ -189,7 +189,7 @@ impl Calibration {
 struct Following<'a> {
     link: &'a Link,
     best: Option<Vec<f64>>,
-    /// Of the last forward solve \[s\]
+    /// End time of the last forward solve \[s\]
     end: f64,
 }
 
@@ -204,7 +204,7 @@ impl SearchWatch for Following<'_> {
     }
 }
 
-/// Keys and their bounds.
+/// Parses the keys and their bounds.
 fn wanted(unknowns: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<(Vec<ParameterKey>, Bounds)> {
     let Some(bounded) = entries(unknowns)? else { return Ok((parsed(unknowns)?, Bounds::new())) };
     let mut bounds = Bounds::new();
@@ -222,7 +222,7 @@ fn wanted(unknowns: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<(Vec<Parameter
     Ok((parsed(keys.into_pyobject(unknowns.py())?.as_any())?, bounds))
 }
 
-/// A bound: a text with its unit, or a number in SI units, which is written in the unit of the scene where the value itself has one.
+/// Parses a bound: a text with its unit, or a number in SI units, which is written in the unit of the value in the scene if that has one.
 fn bound(scene: &Scene, key: &str, end: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     match end.extract::<f64>() {
         Ok(number) => {
@@ -238,7 +238,7 @@ fn bound(scene: &Scene, key: &str, end: &Bound<'_, PyAny>) -> PyResult<toml::Val
     }
 }
 
-/// The scene of a curve.
+/// Returns the scene of a curve.
 fn scene_of(curve: &Bound<'_, PyAny>) -> PyResult<Py<Scene>> {
     let remedy = "give a list of durometer.Curve, each with its scene";
     let no_curve = |_| input(&format!("a curve is of the type {}, and no durometer.Curve", kind(curve)), remedy);
@@ -247,7 +247,7 @@ fn scene_of(curve: &Bound<'_, PyAny>) -> PyResult<Py<Scene>> {
     scene.extract().map_err(|_| input(&fact(), remedy))
 }
 
-/// A curve of `durometer.Curve` with its scene.
+/// Converts a `durometer.Curve` with its scene.
 fn observed(curve: &Bound<'_, PyAny>, keys: &[ParameterKey], bounds: &Bounds) -> PyResult<ObservedCurve> {
     let py = curve.py();
     let scene = scene_of(curve)?;

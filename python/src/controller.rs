@@ -1,4 +1,4 @@
-//! Controllers in Python: a function that is called at every point of the time grid. A slow path: each call waits for the interpreter.
+//! Controllers in Python: a function that is called at every point of the time grid. This path is slow, because each call waits for the interpreter.
 
 use crate::array::array;
 use crate::error::input;
@@ -14,8 +14,8 @@ use pyo3::types::PyDict;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A point of the time grid as a controller sees it: `now["column"]`, the time `now.t` `[s]`, that of the next point `now.next`, and the
-/// values of the signals so far, `now.signals`. It returns the new values by name, one number where there is one signal, or None.
+/// A point of the time grid as a controller sees it: recorded values `now["column"]`, the time `now.t` `[s]`, the time of the next point `now.next`, and
+/// the current values of the signals, `now.signals`. The controller returns new values by name, one number if there is only one signal, or None.
 #[pyclass(module = "durometer", frozen)]
 pub struct Observation {
     /// Time of the row `[s]`
@@ -30,7 +30,7 @@ pub struct Observation {
     /// The recorded row
     #[pyo3(get)]
     row: Py<PyAny>,
-    /// Signal → its value so far `[SI]`
+    /// Signal → its current value `[SI]`
     #[pyo3(get)]
     signals: Py<PyDict>,
     values: Vec<f64>,
@@ -45,7 +45,7 @@ impl Observation {
         place.map(|k| self.values[k]).ok_or_else(missing)
     }
 
-    /// Ends the run here.
+    /// Ends the run at this point.
     fn stop(&self) {
         self.ends.store(true, Ordering::Relaxed);
     }
@@ -56,13 +56,13 @@ pub struct Foreign {
     function: Py<PyAny>,
     columns: Vec<String>,
     signals: Vec<String>,
-    /// Of the run
+    /// Link of the run
     pub link: Option<Arc<Link>>,
-    /// Time of its answers, which is none of the run
+    /// Time taken by its answers, which does not count as time of the run
     pub spent: Spent,
 }
 
-/// The controller of a function.
+/// Makes a controller of a function; `None` if none is given.
 pub fn callable(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Foreign>> {
     let Some(function) = given else { return Ok(None) };
     if !function.is_callable() {
@@ -74,7 +74,7 @@ pub fn callable(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Foreign>> {
 }
 
 impl Foreign {
-    /// Asks the function; true where it ends the run.
+    /// Calls the function; returns true if it ends the run.
     fn ask(&self, py: Python<'_>, seen: &Seen, signals: &mut [f64]) -> PyResult<bool> {
         let known = PyDict::new(py);
         self.signals.iter().zip(&*signals).try_for_each(|(name, value)| known.set_item(name, value))?;
@@ -106,7 +106,7 @@ impl Foreign {
     }
 }
 
-/// A number; a truth value is none, which Python and numpy would make 0 or 1.
+/// Extracts a number; refuses a truth value, which Python and numpy would convert to 0 or 1.
 fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
     let kind = kind(value);
     let number = if kind.starts_with("bool") { None } else { value.extract().ok() };

@@ -30,19 +30,21 @@ use std::sync::atomic::AtomicBool;
 #[pyclass(module = "durometer", frozen)]
 pub struct Fit {
     result: FitResult,
-    /// Of arrays, which have no columns with options
+    /// Whether the data were arrays, which have no columns with options
     of_arrays: bool,
 }
 
 #[pymethods]
 impl Fit {
-    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test; `data/…` names one that the program brings.
+    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or a list of files of specimens of the same test; `data/…` names a
+    /// file that comes with the program.
     ///
-    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable, nu, kappa,
-    /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
-    /// lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive, stress_positive, strain_from, cycle, zero,
-    /// toe; of a test piece whose displacement and force were measured gauge_length, width, thickness, diameter, area, compliance. Quantities are texts
-    /// with a unit or numbers in SI units; None is an option that is not given. `threads` and `progress` as in `Scene.run`.
+    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable,
+    /// nu, kappa, volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); those of the table card: strain_column, stress_column,
+    /// strain_column_2, stress_column_2, lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive,
+    /// stress_positive, strain_from, cycle, zero, toe; for displacements and forces, those of the test piece: gauge_length, width, thickness, diameter,
+    /// area, compliance. Quantities are texts with a unit or numbers in SI units; None means that an option is not given. `threads` and `progress` as in
+    /// `Scene.run`.
     #[staticmethod]
     #[pyo3(signature = (path, law, *, threads = None, progress = None, **options))]
     fn from_csv(
@@ -71,9 +73,9 @@ impl Fit {
         Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))?, of_arrays: false })
     }
 
-    /// Fits a law to arrays of stretch and of nominal stress `[Pa]` of one mode; the options are those of `from_csv` but for its columns.
+    /// Fits a law to arrays of stretch and nominal stress `[Pa]` of one mode; the options are those of `from_csv` except for the columns.
     ///
-    /// `second_stretch`: of a biaxial test, the stretch in the other direction. Points of the other direction follow those of the first, with the
+    /// `second_stretch`: the stretch in the other direction of a biaxial test. Points of the other direction follow those of the first, with the
     /// stretches exchanged.
     #[staticmethod]
     #[pyo3(signature = (stretch, stress, law, *, mode = "uniaxial", second_stretch = None, threads = None, progress = None, **options))]
@@ -126,20 +128,20 @@ impl Fit {
         self.result.parameters.iter().map(|p| (p.name, p.value)).into_py_dict(py)
     }
 
-    /// Constant → its SI unit; `1` of a number without one.
+    /// Constant → its SI unit; `1` for a dimensionless number.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let unit = |unit| if unit == "–" { "1" } else { unit };
         self.result.parameters.iter().map(|p| (p.name, unit(p.unit))).into_py_dict(py)
     }
 
-    /// Constant → both ends of the 95 % interval `[SI]`; infinite where the data do not determine it.
+    /// Constant → both ends of the 95 % interval `[SI]`; infinite if the data do not determine it.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.result.parameters.iter().map(|p| (p.name, <(f64, f64)>::from(p.interval))).into_py_dict(py)
     }
 
-    /// `[constants × constants]` by the scatter of the data `[SI²]`, in the order of `constants`.
+    /// Covariance `[constants × constants]` from the scatter of the data `[SI²]`, in the order of `constants`.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let n = self.result.parameters.len();
@@ -152,13 +154,13 @@ impl Fit {
         self.result.is_determined()
     }
 
-    /// Limits on the use of the constants, in words.
+    /// Limits on the use of the constants, as text.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.result.warnings.iter().map(|warning| self.words(&warning.to_string())).collect()
     }
 
-    /// Everything that `fit.json` has.
+    /// The content of `fit.json`.
     #[getter]
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &self.result)
@@ -183,7 +185,7 @@ impl Fit {
         self.result.write_law(&path).map_err(refused)
     }
 
-    /// The constants with their intervals as a table of pandas.
+    /// The constants with their intervals as a pandas table.
     #[getter]
     fn frame<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._frames")?.call_method1("of_constants", (slf,))
@@ -199,13 +201,13 @@ impl Fit {
 }
 
 impl Fit {
-    /// A message of the library, with the names of the options here.
+    /// Translates the flag names in a message of the library to the options in Python.
     fn words(&self, message: &str) -> String {
         if self.of_arrays { of_arrays(message) } else { in_python(message) }
     }
 }
 
-/// Does a fit, which is ended by the flag that it gets, apart from Python. Its end is not foreseen: progress is 0 of 1 until it is done.
+/// Runs a fit, which stops at the flag that it is given, without the interpreter lock. Its duration is unknown: progress is 0 of 1 until it is done.
 fn followed(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -220,7 +222,7 @@ fn followed(
     })
 }
 
-/// Refuses arrays that do not belong together, and stretches that are none.
+/// Refuses arrays that do not match in length or mode, and stretches that are not positive.
 fn check(mode: Mode, stretch: &[f64], stress: &[f64], second: Option<&[f64]>) -> PyResult<()> {
     if stretch.len() != stress.len() {
         let fact = format!("there are {} stretches and {} stresses", stretch.len(), stress.len());
@@ -297,12 +299,12 @@ const COLUMNS: [&str; 25] = [
     "compliance",
 ];
 
-/// A message that names flags of `durometer fit`, with the names of the options here.
+/// Replaces the flags of `durometer fit` in a message by the names of the options in Python.
 fn in_python(message: &str) -> String {
     let mut parts = message.split("--");
     let mut out = parts.next().unwrap_or_default().to_string();
     for part in parts {
-        // A name of a file may have two dashes in it
+        // A file name may contain two dashes
         let begins = out.chars().next_back().is_none_or(|c| c.is_whitespace() || "(\"'`".contains(c));
         let is_flag = begins && part.starts_with(|c: char| c.is_ascii_alphabetic());
         if !is_flag {
@@ -321,19 +323,19 @@ fn in_python(message: &str) -> String {
     out
 }
 
-/// The same of arrays, whose numbers are in SI units.
+/// Replaces the flags in a message by the options in Python for a fit to arrays, whose numbers are in SI units.
 fn of_arrays(message: &str) -> String {
     let in_pascal = message.replace("Pass --stress-unit", "Give them in Pa");
     in_python(&in_pascal.replace("pass --stress-positive compression", "give the stresses the other sign"))
 }
 
-/// All that are given.
+/// Returns the options that are given, that is, not None.
 fn all<'py>(options: Option<&Bound<'py, PyDict>>) -> PyResult<Options<'py>> {
     let given = options.iter().flat_map(|o| o.iter()).filter(|(_, value)| !value.is_none());
     given.map(|(key, value)| Ok((key.extract()?, value))).collect()
 }
 
-/// The value of an option.
+/// Reads the value of an option with `read`; refuses a value that it does not accept.
 fn option<T>(key: &str, value: &Bound<'_, PyAny>, wanted: &str, read: impl FnOnce() -> Option<T>) -> PyResult<T> {
     let fact = || format!("the option {key} is {value} of the type {}", kind(value));
     read().ok_or_else(|| input(&fact(), &format!("give {wanted}")))
@@ -347,7 +349,7 @@ fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     option(key, value, "a number", || value.extract().ok())
 }
 
-/// A stress \[Pa\].
+/// Reads a stress \[Pa\].
 fn pressure(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     match value.extract::<f64>() {
         Ok(number) => Ok(number),
@@ -359,7 +361,7 @@ fn pressure(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     }
 }
 
-/// A quantity with its unit, or a number in the SI unit of its dimension, as text; a truth value is no number.
+/// Reads a quantity with its unit, or a number in the SI unit of its dimension, as text; a truth value is refused.
 fn sized(key: &str, value: &Bound<'_, PyAny>, dimension: Dimension) -> PyResult<String> {
     let (unit, wanted) = match dimension {
         Dimension::NONE => (String::new(), "a share such as \"2 %\", or 0.02".into()),
@@ -373,20 +375,20 @@ fn sized(key: &str, value: &Bound<'_, PyAny>, dimension: Dimension) -> PyResult<
     option(key, value, &wanted, text)
 }
 
-/// A whole number.
+/// Reads an integer.
 fn whole(key: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     option(key, value, "a whole number", || value.extract().ok())
 }
 
-/// One of the words that are known.
+/// Parses one of the known words.
 fn known<T: FromStr<Err = String>>(word: &str) -> PyResult<T> {
     word.parse().map_err(refused::<String>)
 }
 
-/// Takes the options of a table; returns the others.
+/// Applies the options of a table to the request; returns the remaining ones.
 fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) -> PyResult<Options<'py>> {
     let mut rest = all(options)?;
-    // The program knows both names
+    // The program accepts both names
     if let Some(mode) = rest.remove("mode")
         && rest.insert("modes".into(), mode).is_some()
     {
@@ -427,7 +429,7 @@ fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) 
     Ok(rest)
 }
 
-/// Half-widths of the errors that all data points share, by their names.
+/// Reads the half-widths of the errors that all data points share, by their names.
 fn accuracy(value: &Bound<'_, PyAny>) -> PyResult<Accuracy> {
     let one = |(error, width): (String, Bound<'_, PyAny>)| {
         let known = SharedError::ALL.into_iter().find(|(_, known, ..)| *known == error);
@@ -439,7 +441,7 @@ fn accuracy(value: &Bound<'_, PyAny>) -> PyResult<Accuracy> {
     Ok(all.iter().fold(Accuracy::default(), |all, one| one.or(&all)))
 }
 
-/// Takes the options of a fit; all that are unknown are named, with those that are `known`.
+/// Applies the options of a fit; the error names all unknown options and the `known` ones.
 fn set(wanted: &mut FitOptions, options: &Options<'_>, known: &[&str]) -> PyResult<()> {
     let unknown: Vec<&str> = options.keys().map(String::as_str).filter(|key| !known.contains(key)).collect();
     if !unknown.is_empty() {

@@ -4,7 +4,7 @@ use crate::value::{finite, tensor};
 use durometer::prelude::Invariants as Of;
 use pyo3::prelude::*;
 
-/// Invariants of F with J > 0, which keep their digits where F is near the identity: J, J − 1, ln J, I₁ − 3, I₁ − 3 − 2 ln J, and cof F.
+/// Invariants of F with J > 0 that stay accurate for F near the identity: J, J − 1, ln J, I₁ − 3, I₁ − 3 − 2 ln J, and cof F.
 ///
 /// >>> import durometer, numpy
 /// >>> durometer.Invariants(numpy.diag([1 + 1e-9, 1.0, 1.0])).J_minus_1
@@ -51,7 +51,7 @@ impl Invariants {
         self.0.i_2ln(self.0.ln_j())
     }
 
-    /// `[3 × 3]` J F⁻ᵀ.
+    /// Cofactor J F⁻ᵀ `[3 × 3]`.
     #[getter]
     fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         crate::array::own_array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])

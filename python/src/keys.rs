@@ -1,4 +1,4 @@
-//! Keys of scenes and other names that Python gives in lists.
+//! Keys of scenes and other names that are given as lists in Python.
 
 use crate::error::{input, refused};
 use crate::value::kind;
@@ -6,7 +6,7 @@ use durometer::scene::ParameterKey;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-/// The names of a list or of another iterable; a text is none, whose letters would be meant.
+/// Extracts names from a list or another iterable; refuses a text, which would be read letter by letter.
 pub fn names(what: &str, given: &Bound<'_, PyAny>, example: &str) -> PyResult<Vec<String>> {
     let wrong = || {
         input(
@@ -20,7 +20,7 @@ pub fn names(what: &str, given: &Bound<'_, PyAny>, example: &str) -> PyResult<Ve
     given.try_iter().map_err(|_| wrong())?.map(|name| name?.extract().map_err(|_| wrong())).collect()
 }
 
-/// Keys of a scene, one at least.
+/// Parses keys of a scene; there must be at least one.
 pub fn parsed(keys: &Bound<'_, PyAny>) -> PyResult<Vec<ParameterKey>> {
     let keys = names("keys", keys, "[\"laws.rubber.mu\"]")?;
     if keys.is_empty() {

@@ -1,4 +1,4 @@
-//! Laws of Python made known to scenes, and their checks.
+//! Registration of laws in Python, and their checks.
 
 use crate::error::{input, refused};
 use crate::python_law::{Class, PythonLaw};
@@ -16,8 +16,8 @@ use std::sync::{Arc, Mutex};
 /// Classes by the name of their law.
 static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap::new());
 
-/// Makes a law known: scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`. A law of Python that has the
-/// name already is replaced; scenes that were made with it, what `Scene.set` makes of them, and their runs keep it.
+/// Registers a law, so that scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`. An earlier Python law of the
+/// same name is replaced; scenes that were made with it, scenes derived from them by `Scene.set`, and their runs keep it.
 #[pyfunction]
 pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     check_class(law)?;
@@ -65,7 +65,7 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
     Ok(law.clone())
 }
 
-/// Refuses what is no class that extends `durometer.Law`: an object of one, or another class.
+/// Refuses anything but a class that extends `durometer.Law`, such as an object of one, or another class.
 fn check_class(law: &Bound<'_, PyAny>) -> PyResult<()> {
     let base = law.py().import("durometer.law")?.getattr("Law")?;
     let fact = match law.cast::<PyType>() {
@@ -92,7 +92,7 @@ pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
 /// Name, symbol, unit, bounds and meaning of a parameter.
 type Declared = (String, String, String, (f64, f64), String);
 
-/// Parameters as the class declares them.
+/// Returns the parameters that the class declares.
 fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
     let remedy = "write \"elastic\", or a list of durometer.Parameter(name, symbol, unit, (lower, upper), meaning)";
     let all: Vec<Declared> = given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
@@ -109,7 +109,7 @@ fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
     Ok(Vec::leak(all.into_iter().map(one).collect::<PyResult<Vec<_>>>()?))
 }
 
-/// Kept as long as the process: a law is never forgotten.
+/// Leaks a text: laws are kept until the process ends.
 fn leaked(text: String) -> &'static str {
     String::leak(text)
 }

@@ -1,6 +1,6 @@
 //! The module `durometer._native`: the program as a function, and the classes of the package `durometer`, one file each.
 //!
-//! The package in `python/durometer` has what is easier in Python: exceptions, progress bars, pandas and pyvista.
+//! The package in `python/durometer` contains what is easier in Python: exceptions, progress bars, pandas and pyvista.
 
 mod array;
 mod built;
@@ -30,7 +30,7 @@ use std::ffi::OsString;
 use std::sync::Arc;
 
 /// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete. An
-/// exception of a law in Python is raised. A closed pipe ends a process that is no more than the program.
+/// exception of a law in Python is raised. If `owns_process`, a closed pipe may end the process.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>, owns_process: bool) -> PyResult<u8> {
     let link = Arc::new(solve::Link::by(durometer_commands::interrupt::flag().clone()));
@@ -38,20 +38,21 @@ fn main(py: Python<'_>, arguments: Vec<OsString>, owns_process: bool) -> PyResul
     link.raised().map_or(Ok(code), Err)
 }
 
-/// The same for a session that goes on, such as a notebook: Ctrl-C stops the command as it does on the command line, and is raised when it has ended.
+/// Runs the command line in a session that continues, such as a notebook: Ctrl-C stops the command as on the command line, and is raised when the command
+/// has ended.
 #[pyfunction]
 fn main_in_session(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     let link = solve::Link::by(durometer_commands::interrupt::flag().clone());
     solve::followed(py, link, None, |link| command(arguments, false, link))
 }
 
-/// The command line, which exceptions of laws in Python end.
+/// Runs the command line, which an exception of a law in Python ends.
 fn command(arguments: Vec<OsString>, owns_process: bool, link: &Arc<solve::Link>) -> u8 {
     let _turn = raised::Raised::by(link);
     durometer_commands::main(std::iter::once("durometer".into()).chain(arguments), owns_process)
 }
 
-/// Does work that may block signals in its thread, and puts them back: the thread is Python's.
+/// Does work that may block signals in this thread, and restores the signal mask afterwards, because the thread is Python's.
 #[cfg(unix)]
 fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
     let before = nix::sys::signal::SigSet::thread_get_mask();
@@ -65,13 +66,14 @@ fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Tells the program which interpreter has loaded it: it starts itself and the mesher by this one.
+/// Tells the program which interpreter has loaded it; it uses this interpreter to start itself and the mesher.
 #[pyfunction]
 fn set_python(file: std::path::PathBuf) {
     durometer::catalogue::host::set_python(file);
 }
 
-/// Lets the work that follows use so many threads; InputError of a number that the program would refuse, and in a process that was forked without them.
+/// Sets the number of threads for the work that follows; InputError for a number that the program would refuse, and in a process that was forked without
+/// its threads.
 #[pyfunction]
 #[pyo3(signature = (threads))]
 fn set_threads(threads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
@@ -79,15 +81,15 @@ fn set_threads(threads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     threads::check_fork()
 }
 
-/// Alignment of the memory of objects in Python, which pyo3 does not compare with that of a class.
+/// Alignment of the memory of Python objects \[bytes\], which pyo3 does not compare with that of a class.
 const ALIGNMENT: usize = 16;
 
-/// A class whose values need more, such as lanes of numbers, keeps them in a box.
+/// Checks the alignment of a class. A class whose values need more, such as SIMD lanes, must keep them in a box.
 const fn is_aligned<T: PyClass>() {
     assert!(align_of::<T>() <= ALIGNMENT, "Python has no memory of this alignment: keep the values in a box");
 }
 
-// All classes
+// The check of all classes
 const _: () = {
     is_aligned::<array::Numbers>();
     is_aligned::<calibration::Calibration>();

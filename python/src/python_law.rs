@@ -1,4 +1,4 @@
-//! A law whose energy, stress and tangent are methods of a class of Python. A slow path: every evaluation waits for the interpreter.
+//! A law whose energy, stress and tangent are methods of a Python class. This path is slow, because every evaluation waits for the interpreter.
 
 use crate::array::array;
 use crate::error::{input, is_outside, outside, refused};
@@ -15,23 +15,23 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-/// A class of Python that is a law.
+/// A Python class that is a law.
 pub struct Class {
     pub class: Py<PyAny>,
     pub info: &'static LawInfo,
-    /// Of two elastic constants, any two of E, ν, μ, λ, κ
+    /// The law has two elastic constants, any two of E, ν, μ, λ, κ
     pub is_elastic: bool,
     /// ψ is linear in the moduli, or in the parameters
     pub is_linear: bool,
 }
 
-/// A law with its constants: an object of such a class.
+/// A law with its constants: an object of such a Python class.
 #[derive(Clone)]
 pub struct PythonLaw {
     class: Arc<Class>,
     values: Vec<f64>,
     moduli: Moduli,
-    /// None where it could not be made, which was told
+    /// `None` if it could not be made, in which case the exception has been raised
     object: Option<Arc<Py<PyAny>>>,
     raised: Arc<Raised>,
 }
@@ -42,15 +42,15 @@ impl fmt::Debug for PythonLaw {
     }
 }
 
-/// Steps of the differences by constants, over the first.
+/// Steps of the differences with respect to constants, relative to the first step.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
-/// First step, over the room that the constants have.
+/// First step, relative to the room that the constants have.
 const FIRST: f64 = 1e-2;
 /// Weights of the three differences, whose error is of the sixth order (Richardson).
 const WEIGHTS: [f64; 3] = [1.0 / 45.0, -20.0 / 45.0, 64.0 / 45.0];
 
 impl PythonLaw {
-    /// The law of the values in a scene.
+    /// Makes the law with the values in a scene.
     pub fn made(class: &Arc<Class>, given: &BTreeMap<String, f64>) -> Result<Box<dyn Law>, LawSpecError> {
         let raised = Raised::of_a_law();
         if class.is_elastic {
@@ -65,7 +65,7 @@ impl PythonLaw {
         Ok(Box::new(Self::new(class, values, None, &raised).defined_at_rest()))
     }
 
-    /// An object of the class with these values; without `moduli` the object says them.
+    /// Makes an object of the class with these values; without `moduli`, the object is asked for them.
     fn new(class: &Arc<Class>, values: Vec<f64>, moduli: Option<Moduli>, raised: &Arc<Raised>) -> Self {
         let made = ask(|py| object(py, class, &values, moduli));
         let (object, moduli) = match made {
@@ -78,9 +78,9 @@ impl PythonLaw {
         Self { class: class.clone(), values, moduli, object, raised: raised.clone() }
     }
 
-    /// The same, which tells where it is not defined at F = I: every run begins there.
+    /// Returns the law after raising an exception if it is not defined at F = I, where every run begins.
     fn defined_at_rest(self) -> Self {
-        // An object that could not be made has told why
+        // If the object could not be made, the reason has already been raised
         if self.object.is_some() {
             ask(|py| {
                 let Err(why) = self.ask(py, &Mat3::identity(), Want::Tangent) else { return };
@@ -94,7 +94,7 @@ impl PythonLaw {
         self
     }
 
-    /// How far the constants can go along these rates: to a bound, like ½ of Poisson's ratio, and no farther than their own size; infinite where
+    /// Returns how far the constants can change along these rates: to a bound, such as ½ for Poisson's ratio, and by at most their own size; infinite if
     /// nothing limits them.
     fn room(&self, rates: &[f64]) -> f64 {
         let of = |((value, rate), parameter): ((&f64, &f64), &Parameter)| {
@@ -107,7 +107,7 @@ impl PythonLaw {
         moving.map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Energy, stress and tangent of the object; `OutOfDomain` where a number of them is not finite.
+    /// Evaluates energy, stress and tangent of the object as far as `want` requires; `OutOfDomain` if a number is not finite.
     fn ask(&self, py: Python<'_>, f: &Mat3, want: Want) -> PyResult<Response> {
         let missing =
             || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
@@ -129,7 +129,7 @@ impl PythonLaw {
         Ok(response)
     }
 
-    /// The answer of a method, as messages name it.
+    /// Returns how messages name the answer of a method.
     fn named(&self, method: &str) -> String {
         format!("the {method} of the law {}", self.class.info.name)
     }
@@ -142,7 +142,7 @@ impl PythonLaw {
     }
 }
 
-/// The object and its moduli.
+/// Makes the Python object, and returns it with its moduli.
 fn object(py: Python<'_>, class: &Class, values: &[f64], moduli: Option<Moduli>) -> PyResult<(Py<PyAny>, Moduli)> {
     let constants = PyDict::new(py);
     match moduli {
@@ -190,7 +190,7 @@ impl Law for PythonLaw {
         ask(|py| {
             self.ask(py, f, want).map_err(|why| {
                 if !is_outside(py, &why) {
-                    // The run ends by the exception, whatever it makes of this
+                    // The exception ends the run, however it handles the returned error
                     self.raised.raise(why);
                 }
                 LawError::Undefined
@@ -202,7 +202,7 @@ impl Law for PythonLaw {
         self.class.is_linear && self.class.is_elastic
     }
 
-    /// The same class with the rates as its constants where ψ is linear in them, else a difference of six laws.
+    /// Returns a law of the same class with the rates as its constants if it is declared linear and elastic, otherwise a difference of six laws.
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
         let first = FIRST * self.room(rates);
         let first = if first.is_finite() { first } else { FIRST };
@@ -226,17 +226,17 @@ impl Law for PythonLaw {
     }
 }
 
-/// ∂ψ/∂θ and its tensors by differences.
+/// The derivative ∂ψ/∂θ and its tensors by differences.
 #[derive(Clone, Debug)]
 struct Differences {
-    /// At +h and −h for each step h
+    /// The laws at +h and −h for each step h
     laws: [[PythonLaw; 2]; 3],
     steps: [f64; 3],
     law: PythonLaw,
 }
 
 impl Differences {
-    /// The weighted sum of the differences of some number.
+    /// Returns the weighted sum of the differences of a number.
     fn of(&self, number: impl Fn(&PythonLaw) -> f64) -> f64 {
         let one = |k: usize| WEIGHTS[k] * (number(&self.laws[k][0]) - number(&self.laws[k][1])) / (2.0 * self.steps[k]);
         one(0) + one(1) + one(2)
@@ -276,7 +276,7 @@ impl Law for Differences {
         Ok(sum)
     }
 
-    /// A derivative is not differentiated again.
+    /// Returns the derivative itself, because it is never differentiated again.
     fn along(&self, _: &[f64]) -> Box<dyn Law> {
         Box::new(self.clone())
     }

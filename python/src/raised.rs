@@ -7,25 +7,25 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// Where the exceptions of the laws of one scene go: to the one run that is under way with these laws.
+/// The destination of the exceptions of the laws of one scene: the one run that is in progress with these laws.
 #[derive(Default)]
 pub struct Raised {
     link: Mutex<Option<Arc<Link>>>,
-    /// Whether any law of the scene is of Python
+    /// Whether any law of the scene is in Python
     has_laws: AtomicBool,
-    /// Whether the laws are asked no more once the work is stopped
+    /// Whether the laws are no longer called once the work is stopped
     ends_laws: AtomicBool,
 }
 
-/// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
+/// Work on a scene in progress: until this value is dropped, exceptions of the laws of the scene belong to this work.
 pub struct Turn {
     pub raised: Arc<Raised>,
     before: Option<Arc<Raised>>,
 }
 
 impl Turn {
-    /// The same, whose laws are asked no more once it is stopped: for work of which nothing is left then, such as checks. A run still evaluates what it
-    /// has reached.
+    /// Returns this work with the setting that laws are no longer called once it is stopped. This is for work that leaves no result when it is stopped,
+    /// such as checks; a stopped run still evaluates the state that it has reached.
     #[must_use]
     pub fn with_ending_laws(self) -> Self {
         self.raised.ends_laws.store(true, Ordering::Relaxed);
@@ -46,13 +46,13 @@ thread_local! {
 }
 
 impl Raised {
-    /// Those of work on scenes that it makes itself, with this link.
+    /// Begins work that makes its scenes itself, with this link.
     pub fn by(link: &Arc<Link>) -> Turn {
         let raised = Arc::new(Self::default());
         raised.begin(link).expect("no other work knows it")
     }
 
-    /// Work on the scene begins: laws that this thread makes from now on belong to it. None where other work on the scene is under way.
+    /// Begins work on the scene: laws that this thread makes from now on belong to it. `None` if other work on the scene is in progress.
     pub fn begin(self: &Arc<Self>, link: &Arc<Link>) -> Option<Turn> {
         let mut held = locked(&self.link);
         if held.is_some() {
@@ -62,12 +62,13 @@ impl Raised {
         Some(Turn { raised: self.clone(), before: CURRENT.replace(Some(self.clone())) })
     }
 
-    /// Takes in a thread that the library has started for some work, and that ends with it: laws that it makes belong to this work.
+    /// Assigns the current thread, which the library has started for some work and which ends with it, to this work: laws that it makes belong to the
+    /// work.
     pub fn take_thread(self: &Arc<Self>) {
         CURRENT.set(Some(self.clone()));
     }
 
-    /// Those of the scene for which this thread makes a law.
+    /// Returns the exceptions of the scene for which this thread makes a law.
     pub fn of_a_law() -> Arc<Self> {
         let raised = CURRENT.with_borrow(Clone::clone).unwrap_or_default();
         raised.has_laws.store(true, Ordering::Relaxed);
@@ -88,13 +89,13 @@ impl Raised {
         self.has_laws.load(Ordering::Relaxed)
     }
 
-    /// Whether the laws are asked no more.
+    /// Whether the laws are no longer called.
     pub fn has_ended_laws(&self) -> bool {
         let is_stopped = |link: &Arc<Link>| link.stop.load(Ordering::Relaxed);
         self.ends_laws.load(Ordering::Relaxed) && locked(&self.link).as_ref().is_some_and(is_stopped)
     }
 
-    /// Ends the run by an exception.
+    /// Ends the run with an exception.
     pub fn raise(&self, why: PyErr) {
         let link = locked(&self.link).clone();
         if let Some(link) = link {

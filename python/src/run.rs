@@ -18,19 +18,19 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
 
-/// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
+/// The record of a run: one row per recorded time, one column per quantity, in SI units except for angles in degrees.
 ///
-/// `run["xmax_z_m"]` is a column, `run.times` are the times `[s]`, `run.frame` is a table of pandas. Its arrays are for reading only: what is computed from
-/// them in place is computed from a copy, `z = run["xmax_z_m"].copy()`. A run can be pickled; a copy that was made so has everything but `gradient`.
+/// `run["xmax_z_m"]` is a column, `run.times` are the times `[s]`, `run.frame` is a pandas table. The arrays are read-only: copy one before changing it
+/// in place, `z = run["xmax_z_m"].copy()`. A run can be pickled; an unpickled run has everything but `gradient`.
 #[pyclass(module = "durometer", frozen)]
 pub struct Run {
     /// Names of the columns; the first is `t_s`
     #[pyo3(get)]
     columns: Vec<String>,
-    /// `[times × columns]`, all of them: `[output] series` thins the files of the program only
+    /// All recorded values `[times × columns]`; `[output] series` thins only the files of the program
     #[pyo3(get)]
     values: Py<PyAny>,
-    /// `[times × signals]` values of the prescribed signals
+    /// Values of the prescribed signals `[times × signals]`
     #[pyo3(get)]
     signals: Py<PyAny>,
     /// Names of the signals
@@ -39,54 +39,54 @@ pub struct Run {
     /// `Converged`, or the reason why the run ended
     #[pyo3(get)]
     status: String,
-    /// The reason in words; empty where the run converged
+    /// The reason as text; empty if the run converged
     #[pyo3(get)]
     fact: String,
-    /// The remedy; empty where the run converged
+    /// The remedy; empty if the run converged
     #[pyo3(get)]
     remedy: String,
-    /// Notes on the scene and on the run, in words
+    /// Notes on the scene and on the run, as text
     #[pyo3(get)]
     notes: Vec<String>,
-    /// Limits on the use of its numbers, in words; what returns the run also warns of them, by `UserWarning`
+    /// Limits on the use of its numbers, as text; calls that return the run also issue them as `UserWarning`
     #[pyo3(get)]
     warnings: Vec<String>,
     record: String,
     rows: usize,
     origin: Origin,
-    /// `[times]` of the fields `[s]`
+    /// Times of the fields `[s]`
     #[pyo3(get)]
     field_times: Py<PyAny>,
-    /// Name → `[times × nodes × components]`
+    /// Name of a nodal field → its values `[times × nodes × components]`
     #[pyo3(get)]
     fields: Py<PyDict>,
-    /// Name → `[times × cells × components]`
+    /// Name of a cell field → its values `[times × cells × components]`
     #[pyo3(get)]
     cell_fields: Py<PyDict>,
 }
 
 /// The origin of a run.
 enum Origin {
-    /// The scene, the last state, and what the recorders keep there
+    /// The scene, the last state, and the values that the recorders keep there
     Here(Box<(Built, State, Vec<f64>)>),
-    /// Of a run that was pickled: nodes and cells
+    /// Nodes and cells of a run that was pickled
     Pickled(Py<PyAny>, Py<PyAny>),
 }
 
-/// Fields that are taken down while a scene runs.
+/// Fields that are recorded while a scene runs.
 pub struct Recorded {
     what: Vec<FieldSpec>,
     schedule: ScheduleSpec,
     /// \[s\]
     times: Vec<f64>,
-    /// Place and name → components, values at one time after the other
+    /// Whether at nodes, and name → number of components, and values one time after the other
     values: BTreeMap<(bool, &'static str), (usize, Vec<f64>)>,
-    /// Time that they took, which is none of the run
+    /// Time taken by the fields, which does not count as time of the run
     pub spent: Spent,
 }
 
 impl Recorded {
-    /// The named fields at every point of the time grid, or those of `[output.fields]` when they are due.
+    /// Sets up recording the named fields at every point of the time grid, or those of `[output.fields]` by their schedule.
     pub fn new(scene: &Scene, given: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let of_scene = scene.spec.output.fields.as_ref();
         let (mut what, schedule) = match given {
@@ -130,19 +130,19 @@ impl Run {
         self.column(py, 0)
     }
 
-    /// Column → its unit; `1` of a number without one.
+    /// Column → its unit; `1` for a dimensionless number.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.columns.iter().map(|name| (name, unit_of_column(name))).into_py_dict(py)
     }
 
-    /// Whether the run came to its planned end: all stages, or where a controller or an event stopped it.
+    /// Whether the run came to its planned end: the end of all stages, or where a controller or an event stopped it.
     #[getter]
     fn converged(&self) -> bool {
         self.status == "Converged"
     }
 
-    /// `[nodes × 3]` positions at rest `[m]`.
+    /// Positions of the nodes at rest `[nodes × 3]` `[m]`.
     #[getter]
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
@@ -153,7 +153,7 @@ impl Run {
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
-    /// `[cells × nodes of a cell]` indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
+    /// Node indices `[cells × nodes of a cell]`, 4 for linear and 10 for quadratic tetrahedra, in VTK order.
     #[getter]
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
@@ -165,7 +165,7 @@ impl Run {
         indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
 
-    /// `[times × nodes × 3]` displacements `[m]` at `field_times`, of a run with the field "displacement".
+    /// Displacements `[times × nodes × 3]` `[m]` at `field_times`, for a run with the field "displacement".
     #[getter]
     fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.fields.bind(py).get_item("displacement_m")?.ok_or_else(|| {
@@ -182,20 +182,21 @@ impl Run {
         py.import("json")?.call_method1("loads", (&self.record,))
     }
 
-    /// The rows as a table of pandas, indexed by time; `frame.attrs["units"]` has the units.
+    /// The rows as a pandas table, indexed by time; `frame.attrs["units"]` has the units.
     #[getter]
     fn frame<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._frames")?.call_method1("of_run", (slf,))
     }
 
-    /// The same table.
+    /// Returns the table of `frame`.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         Self::frame(slf)
     }
 
-    /// `[keys]` derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
-    /// columns and keys. Exact in the constants of laws, by differences of the equations in others; a warning `DoubtfulDerivative` names those whose
-    /// estimated error is above 1e-6 of their size. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
+    /// Returns the derivatives `[keys]` of Σ weight · column at the end of the run with respect to keys of the scene, per SI unit of the key, from one
+    /// adjoint solution for all columns and keys. They are exact for constants of laws and finite differences of the equations for other keys; a warning
+    /// `DoubtfulDerivative` names those whose relative estimated error is above 1e-6. Only for static runs, see `Scene.check_gradient`;
+    /// `Scene.sensitivities` gives the derivatives of every row.
     fn gradient(&self, py: Python<'_>, weights: &Bound<'_, PyAny>, keys: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
         let keys = parsed(keys)?;
         let mut of_columns = vec![0.0_f64; self.columns.len()];
@@ -227,19 +228,20 @@ impl Run {
         own_array(py, found.values, [keys.len()])
     }
 
-    /// The body as an unstructured grid of pyvista with the fields of `field_times[k]`: displaced where "displacement" is one of them, else at rest.
+    /// Returns the body as a pyvista unstructured grid with the fields of `field_times[k]`: displaced if "displacement" is one of them, otherwise at
+    /// rest.
     #[pyo3(signature = (k = -1), text_signature = "($self, k=-1)")]
     fn to_pyvista<'py>(slf: &Bound<'py, Self>, k: isize) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._meshes")?.call_method1("pyvista_grid", (slf, k))
     }
 
-    /// The body at rest as a mesh of meshio, with the fields of `field_times[k]`.
+    /// Returns the body at rest as a meshio mesh, with the fields of `field_times[k]`.
     #[pyo3(signature = (k = -1), text_signature = "($self, k=-1)")]
     fn to_meshio<'py>(slf: &Bound<'py, Self>, k: isize) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._meshes")?.call_method1("meshio_mesh", (slf, k))
     }
 
-    /// A column, one value per time.
+    /// Returns a column, one value per time.
     fn __getitem__<'py>(&self, py: Python<'py>, column: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let Ok(column) = column.extract::<&str>() else {
             let fact = format!("a run has columns by name, such as run[\"t_s\"], and none {}", column.repr()?);
@@ -260,7 +262,7 @@ impl Run {
         self.rows
     }
 
-    /// How `pickle` makes the run again.
+    /// Tells `pickle` how to rebuild the run.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
         let (py, kept) = (slf.py(), PyDict::new(slf.py()));
         PICKLED.iter().try_for_each(|name| kept.set_item(name, slf.getattr(*name)?))?;
@@ -268,7 +270,7 @@ impl Run {
         Ok((py.import("durometer._pickled")?.getattr("run")?, (kept,)))
     }
 
-    /// A run of what `__reduce__` has kept.
+    /// Rebuilds a run from what `__reduce__` has kept.
     #[staticmethod]
     fn _pickled(kept: &Bound<'_, PyDict>) -> PyResult<Self> {
         let of = |name: &str| kept.as_any().get_item(name);
@@ -316,7 +318,7 @@ const PICKLED: [&str; 14] = [
 ];
 
 impl Run {
-    /// `ended`: fact and remedy where something outside of the equations ended the run.
+    /// Makes the Python object of a run. `ended`: fact and remedy if something other than the equations ended the run.
     pub fn new(
         py: Python<'_>,
         built: Built,
@@ -360,8 +362,8 @@ impl Run {
         })
     }
 
-    /// Warns of the limits of the run, which some call is to return. Where a filter makes an exception of a warning, its `result` is what the call would
-    /// have returned.
+    /// Warns of the limits of the run that a call is about to return. If a filter turns the warning into an exception, its `result` is what the call
+    /// would have returned.
     pub fn warned<T>(&self, py: Python<'_>, returned: Py<T>) -> PyResult<Py<T>> {
         match py.import("durometer.errors")?.call_method1("warn_of_limits", (&self.warnings,)) {
             Ok(_) => Ok(returned),
@@ -369,7 +371,7 @@ impl Run {
         }
     }
 
-    /// Warns of derivatives of the weighted sum that are not known to their own size, as `Sensitivities.doubtful` judges it.
+    /// Warns of derivatives of the weighted sum that are not accurate relative to their size, as judged by `Sensitivities.doubtful`.
     fn warn(&self, py: Python<'_>, weights: &[f64], keys: &[ParameterKey], found: &ScalarSensitivity) -> PyResult<()> {
         let Origin::Here(origin) = &self.origin else { return Ok(()) };
         let values: Vec<f64> = self.values.bind(py).call_method0("ravel")?.extract()?;
@@ -383,7 +385,7 @@ impl Run {
             keys: keys.to_vec(),
             rows: vec![vec![found.values.clone()]],
             errors: vec![found.errors.clone()],
-            // Of an adjoint solution they are not known: the value is the least that they can be
+            // Unknown for an adjoint solution: their sum is at least the value
             terms: vec![found.values.iter().map(|value| value.abs()).collect()],
             column_sizes: vec![weighted],
             key_sizes: keys.iter().map(|key| key.value(&table).map_or(0.0, |value| value.si().abs())).collect(),
@@ -407,7 +409,7 @@ impl Run {
     }
 }
 
-/// The function that follows some work: one of the user, or a bar.
+/// Returns the function that follows some work: one given by the user, or a progress bar.
 pub fn follower<'py>(py: Python<'py>, given: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Bound<'py, PyAny>>> {
     let follower = py.import("durometer._progress")?.call_method1("follower", (given,))?;
     Ok((!follower.is_none()).then_some(follower))

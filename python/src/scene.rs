@@ -18,10 +18,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use toml::{Table, Value};
 
-/// Name in messages of a scene that was given as a text, in the folder from which its files are found.
+/// File name that messages show for a scene that was given as text, in the folder relative to which its files are found.
 const TEXT: &str = "<text>";
 
-/// A simulation: the text of a scene, with changes.
+/// A simulation: the text of a scene and changes to it.
 ///
 /// >>> import durometer
 /// >>> scene = durometer.Scene.from_toml('''
@@ -61,16 +61,16 @@ const TEXT: &str = "<text>";
 #[pyclass(module = "durometer", frozen)]
 pub struct Scene {
     file: PathBuf,
-    /// With the changes in it
+    /// Content of the scene, with the changes applied
     table: Table,
-    /// Those that were registered when the scene was made
+    /// Laws that were registered when the scene was made
     known_laws: KnownLaws,
     built: Mutex<Option<Built>>,
 }
 
 #[pymethods]
 impl Scene {
-    /// The scene of a file, or of a text in TOML. Files that a text names are found from the current folder.
+    /// Reads a scene from a file, or from a text in TOML. Files that a text names are relative to the current folder.
     #[staticmethod]
     #[pyo3(signature = (source))]
     fn from_toml(source: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -84,43 +84,43 @@ impl Scene {
                 (file, text)
             }
         };
-        // The scene is built later, perhaps from another folder
+        // The scene is built later, perhaps after the current folder has changed
         let file = std::path::absolute(file)?;
         let (spec, text) = changed_scene(&file, &text, &[], &KnownLaws::default()).map_err(refused)?;
         Self::of(file, &text, spec.known_laws)
     }
 
-    /// The same scene with another value of a key, such as `set("laws.rubber.mu", "30 kPa")`. A step into a list is its index, or the `name` or
-    /// `kind` of an entry; the step `+` adds an entry. Unknown keys and wrong units are refused here, what depends on the mesh or on other keys when
-    /// the scene is run.
+    /// Returns the scene with another value of a key, e.g. `set("laws.rubber.mu", "30 kPa")`. An entry of a list is addressed by its index, or by its
+    /// `name` or `kind`; `+` adds an entry. Unknown keys and wrong units are refused here, anything that depends on the mesh or on other keys when the
+    /// scene is run.
     fn set(&self, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.changed(key, toml_of(value)?)
     }
 
-    /// The value of a key as the text has it.
+    /// Returns the value of a key as written in the text.
     fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         object_of(py, overrides::find(&self.table, key).map_err(refused)?)
     }
 
-    /// The same scene with the value of a number in its SI unit, an angle in radians: `set_si("laws.rubber.mu", 30e3)`.
+    /// Returns the scene with another value of a number, in its SI unit, or radians for an angle: `set_si("laws.rubber.mu", 30e3)`.
     fn set_si(&self, key: &str, value: f64) -> PyResult<Self> {
         self.with_si(key, value)
     }
 
-    /// The value of a number in its SI unit.
+    /// Returns the value of a number in its SI unit.
     fn get_si(&self, key: &str) -> PyResult<f64> {
         let value = key.parse::<ParameterKey>().map_err(refused)?.value(&self.table).map_err(refused)?;
         Ok(value.number * value.factor)
     }
 
-    /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
+    /// Checks that `Run.gradient` can differentiate the runs of this scene; otherwise InputError says why not.
     fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
         let built = self.build(py, None)?;
         let checked = apart(py, None, |link| built.during(link, durometer::scene::check_scalar))?;
         checked.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
-    /// Names of the columns that have derivatives by these keys; InputError where there are none by one of them.
+    /// Returns the names of the columns that have derivatives with respect to these keys; InputError if there are none for a key.
     fn _differentiable(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
         let (keys, built) = (parsed(keys)?, self.build(py, None)?);
         let columns = apart(py, None, |link| {
@@ -129,7 +129,7 @@ impl Scene {
         columns.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
-    /// The scene as TOML, with its changes and with what it includes.
+    /// The scene as TOML, with its changes and includes applied.
     #[getter]
     fn text(&self) -> String {
         toml::to_string(&self.table).unwrap_or_default()
@@ -155,15 +155,15 @@ impl Scene {
         Ok(scene.notes.iter().cloned().chain(limits.into_iter().map(|(_, limit)| limit)).collect())
     }
 
-    /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
+    /// Runs all stages. Meanwhile other Python threads can run, and Ctrl-C ends the run.
     ///
-    /// `threads`: those that it may use, one for each core by default; no result depends on it.
-    /// `progress`: True, or a function that is called with the time that is done and the end `[s]`.
+    /// `threads`: number of threads that it may use, by default one per core; results do not depend on it.
+    /// `progress`: True for a progress bar, or a function that is called with the time reached and the end time `[s]`.
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
-    /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
-    /// `check`: raise `RunError` where the run does not complete, and where a mesh that was refined misses the tolerance of `mesh.refine` (`status` is
-    /// "ToleranceMissed"); otherwise `status` of the result says the one, and a warning the other. `result` of the exception is the run so
-    /// far, also of one of your own functions, of KeyboardInterrupt, and of a warning that a filter makes an exception.
+    /// `fields`: names such as "displacement" of fields that are recorded at every point of the time grid; by default those of `[output.fields]`.
+    /// `check`: raise `RunError` if the run does not complete, or if a refined mesh misses the tolerance of `mesh.refine` (`status` is
+    /// "ToleranceMissed"); with False, the `status` of the result reports the former, and a warning the latter. `result` of the exception is the run so
+    /// far, also for an exception of one of your own functions, KeyboardInterrupt, and a warning that a filter turns into an exception.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(
         &self,
@@ -182,8 +182,8 @@ impl Scene {
         run.get().warned(py, run.clone_ref(py))
     }
 
-    /// Runs all stages with the derivatives of the recorded columns by keys of the scene, exact in the constants of laws and by differences of
-    /// the equations, not of runs, in others. The options are those of `run`.
+    /// Runs all stages with the derivatives of the recorded columns with respect to keys of the scene, exact for constants of laws and finite differences
+    /// of the equations, not of runs, for other keys. The options are those of `run`.
     #[pyo3(signature = (keys, *, threads = None, progress = None, check = true))]
     fn sensitivities(
         &self,
@@ -202,12 +202,12 @@ impl Scene {
         run.get().warned(py, Py::new(py, found)?)
     }
 
-    /// How `pickle` makes the scene again: from its text, with the folder in which its files are found.
+    /// Tells `pickle` how to rebuild the scene: from its text, and the file whose folder its files are relative to.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf, String))> {
         Ok((py.import("durometer._pickled")?.getattr("scene")?, (self.file.clone(), self.text())))
     }
 
-    /// A scene of what `__reduce__` has kept.
+    /// Rebuilds a scene from what `__reduce__` has kept.
     #[staticmethod]
     fn _pickled(file: PathBuf, text: &str) -> PyResult<Self> {
         Self::of(file, text, KnownLaws::default())
@@ -230,13 +230,13 @@ impl Scene {
 }
 
 impl Scene {
-    /// A scene of its text, with these laws.
+    /// Makes a scene from its text, with these laws.
     fn of(file: PathBuf, text: &str, known_laws: KnownLaws) -> PyResult<Self> {
         let table = text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
         Ok(Self { file, table, known_laws, built: Mutex::new(None) })
     }
 
-    /// The same scene with this value of a key.
+    /// Returns the scene with this value of a key.
     pub fn changed(&self, key: &str, value: Value) -> PyResult<Self> {
         let changes = [(key.into(), value.clone())];
         let (spec, text) = changed_scene(&self.file, &self.text(), &changes, &self.known_laws).map_err(refused)?;
@@ -249,11 +249,11 @@ impl Scene {
         Self::of(self.file.clone(), &text, spec.known_laws)
     }
 
-    /// The key as the text gives it, for a value in SI units.
+    /// Returns the scene with a value given in SI units, written in the unit of the text.
     pub fn with_si(&self, key: &str, value: f64) -> PyResult<Self> {
         let parsed: ParameterKey = key.parse().map_err(refused)?;
         let written = parsed.value(&self.table).map_err(refused)?.written_si(value);
-        // A whole number stays one: there are keys that take no other
+        // An integer stays one, because some keys accept only integers
         let is_whole = matches!(overrides::find(&self.table, key), Ok(Value::Integer(_)));
         let whole = |number: f64| format!("{number}").parse().map(Value::Integer).ok();
         self.changed(key, written.as_float().filter(|_| is_whole).and_then(whole).unwrap_or(written))
@@ -267,7 +267,7 @@ impl Scene {
         &self.table
     }
 
-    /// The scene on its mesh, which is made or read at the first call.
+    /// Returns the scene on its mesh, which is made or read at the first call.
     pub fn build(&self, py: Python<'_>, follower: Option<&Bound<'_, PyAny>>) -> PyResult<Built> {
         if let Some(built) = locked(&self.built).clone() {
             return Ok(built);
@@ -275,19 +275,20 @@ impl Scene {
         let text = self.text();
         let built = apart(py, follower, |link| assembled(&self.file, &text, &self.known_laws, link))?;
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
-        // One that another thread has made meanwhile is dropped without the lock
+        // A scene that another thread has built meanwhile is dropped after the lock is released
         let _other = locked(&self.built).replace(built.clone());
         Ok(built)
     }
 }
 
-/// Whether a text is that of a scene and no name of a file: it has several lines, or the one that it has gives a key.
+/// Whether a text is a scene rather than a file name: it has several lines, or its only line sets a key and is not the path of a file.
 fn is_scene(text: &str) -> bool {
     let gives_key = || text.contains('=') && text.parse::<Table>().is_ok() && !Path::new(text).exists();
     text.contains('\n') || gives_key()
 }
 
-/// Refuses a constant of a law with a wrong unit. What other keys of the law decide is left to the run: they may be changed next.
+/// Refuses a constant of a law with a wrong unit. Errors that depend on other keys of the law are left to the run, because those keys may be changed
+/// next.
 fn check_constant(known_laws: &KnownLaws, law: &Table, key: &str, value: Value) -> PyResult<()> {
     let alone = law.get("law").map(|name| ("law".into(), name.clone())).into_iter().chain([(key.into(), value)]);
     match known_laws.given(&alone.collect()) {

@@ -1,4 +1,4 @@
-//! The class `Sensitivities`: derivatives of the columns of a run by keys of its scene.
+//! The class `Sensitivities`: derivatives of the columns of a run with respect to keys of its scene.
 
 use crate::array::array;
 use crate::error::{incomplete, input};
@@ -10,7 +10,7 @@ use pyo3::types::{PySlice, PyTuple};
 
 /// Derivatives of the rows of a run, in the unit of the column per SI unit of the key.
 ///
-/// `found["xmax_z_m", "laws.rubber.mu"]` is one derivative over time.
+/// `found["xmax_z_m", "laws.rubber.mu"]` is one derivative as a function of time.
 #[pyclass(module = "durometer", frozen)]
 pub struct Sensitivities {
     /// Columns that have a derivative
@@ -19,13 +19,13 @@ pub struct Sensitivities {
     /// Keys of the scene
     #[pyo3(get)]
     keys: Vec<String>,
-    /// `[times × columns × keys]`
+    /// The derivatives `[times × columns × keys]`
     #[pyo3(get)]
     values: Py<PyAny>,
-    /// `[columns × keys]` largest estimated error over the times; zero where the derivative is exact
+    /// Largest estimated error over the times `[columns × keys]`; zero for an exact derivative
     #[pyo3(get)]
     errors: Py<PyAny>,
-    /// Keys that change none of the columns; none where the derivatives end early
+    /// Keys that change none of the columns; empty if the derivatives end early
     #[pyo3(get)]
     idle: Vec<String>,
     /// (column, key, error relative to the largest value) of derivatives that are less accurate than 1e-6
@@ -38,20 +38,20 @@ pub struct Sensitivities {
 
 #[pymethods]
 impl Sensitivities {
-    /// Times of the derivatives `[s]`: those of the run, or the first of them where the derivatives end early.
+    /// Times of the derivatives `[s]`: those of the run, or the first of them if the derivatives end early.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = isize::try_from(self.values.bind(py).len()?)?;
         self.run.get().column(py, 0)?.get_item(PySlice::new(py, 0, rows, 1))
     }
 
-    /// The derivatives as a table of pandas, indexed by time, with (column, key) over each.
+    /// The derivatives as a pandas table, indexed by time, with columns labelled (column, key).
     #[getter]
     fn frame<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._frames")?.call_method1("of_sensitivities", (slf,))
     }
 
-    /// The same table.
+    /// Returns the table of `frame`.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         Self::frame(slf)
     }

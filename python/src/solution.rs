@@ -1,4 +1,4 @@
-//! A run of a scene from Python: its options, its controller, its derivatives, and the exception where it does not complete.
+//! A run of a scene from Python: its options, its controller, its derivatives, and the exception if it does not complete.
 
 use crate::built::{Built, Done, Failed};
 use crate::controller::{Foreign, callable};
@@ -21,7 +21,8 @@ pub struct Wanted<'a, 'py> {
     pub keys: Vec<ParameterKey>,
 }
 
-/// Runs all stages. `check` raises an exception where the run does not complete, or its mesh was refined and misses the tolerance. Any other exception that ends it has the run so far in `result`.
+/// Runs all stages. With `check` an exception is raised if the run does not complete, or if its refined mesh misses the tolerance. Any other exception
+/// that ends it has the run so far in `result`.
 pub fn solve(
     py: Python<'_>,
     built: Built,
@@ -58,7 +59,7 @@ pub fn solve(
     Ok((run, sensitivities))
 }
 
-/// Why signals or a controller ended a run: fact and remedy.
+/// Returns fact and remedy of an error of signals or a controller that ended a run.
 fn in_python(why: &ControlError, scene: &durometer::scene::Scene) -> (String, String) {
     let text = why.to_string();
     let (fact, remedy) = split(&text);
@@ -71,7 +72,7 @@ fn in_python(why: &ControlError, scene: &durometer::scene::Scene) -> (String, St
     }
 }
 
-/// A status in words, with its time.
+/// Describes a status, with its time.
 fn in_words(status: &Status) -> String {
     status.t().map_or_else(|| status.fact(), |t| format!("after t = {t:.6} s: {}", status.fact()))
 }

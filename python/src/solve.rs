@@ -1,4 +1,4 @@
-//! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
+//! Long-running work of the library in a thread of its own: without the interpreter lock, with progress, and ended by Ctrl-C.
 
 use crate::threads;
 use durometer::math::threads::{alone, is_alone, locked};
@@ -11,9 +11,9 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Time between two looks at Python: whether it was interrupted, and how far the work is.
+/// Interval at which Python is checked for an interrupt, and progress is reported.
 const LOOK: Duration = Duration::from_millis(50);
-/// Stack of the thread that works \[bytes\]: that of a usual main thread.
+/// Stack size of the working thread \[bytes\], that of a typical main thread.
 const STACK: usize = 8 << 20;
 
 /// Connects work with the Python code that waits for it.
@@ -23,40 +23,40 @@ pub struct Link {
     pub stop: Arc<AtomicBool>,
     now: Mutex<Option<Progress>>,
     failure: Mutex<Option<PyErr>>,
-    /// Of the meshers that the work starts
+    /// Owner of the meshers that the work starts
     meshers: MesherOwner,
 }
 
 impl Link {
-    /// Ends the work by this flag, which the work knows already.
+    /// Creates a link whose stop flag is the given one, which the work already checks; the flag is cleared.
     pub fn by(stop: Arc<AtomicBool>) -> Self {
         stop.store(false, Ordering::Relaxed);
         Self { stop, ..Self::default() }
     }
 
-    /// Takes how far the work is; returns false where it is to end.
+    /// Records the progress of the work; returns false if the work is to end.
     pub fn progress(&self, now: Progress) -> bool {
         *locked(&self.now) = Some(now);
         !self.stop.load(Ordering::Relaxed)
     }
 
-    /// Ends the work by an exception; the first one is raised.
+    /// Ends the work with an exception; the first exception is the one that is raised.
     pub fn fail(&self, why: PyErr) {
         let mut first = locked(&self.failure);
         let later = if first.is_some() { Some(why) } else { first.replace(why) };
-        // The end of an exception may run code of Python, which may wait for a thread that waits for the lock
+        // Dropping an exception may run Python code, which may wait for a thread that waits for the lock
         drop(first);
         drop(later);
         self.stop.store(true, Ordering::Relaxed);
         self.meshers.end_meshers();
     }
 
-    /// The exception that has ended the work.
+    /// Takes the exception that has ended the work.
     pub fn raised(&self) -> Option<PyErr> {
         locked(&self.failure).take()
     }
 
-    /// Ends the line of a bar that follows the work.
+    /// Ends the line of a progress bar that follows the work.
     fn close(&self, follower: Option<&Bound<'_, PyAny>>) {
         let closed = |follower: &Bound<'_, PyAny>| {
             follower.py().import("durometer._progress")?.call_method1("close", (follower,)).map(|_| ())
@@ -64,7 +64,7 @@ impl Link {
         follower.map_or(Ok(()), closed).unwrap_or_else(|why| self.fail(why));
     }
 
-    /// Calls the function of the user that follows the work.
+    /// Calls the user's function that follows the work.
     fn tell(&self, follower: Option<&Bound<'_, PyAny>>) {
         let now = locked(&self.now).take();
         if let (Some(Progress { t, end }), Some(follower)) = (now, follower)
@@ -75,7 +75,8 @@ impl Link {
     }
 }
 
-/// Does work in a thread of its own while this one looks at Python again and again. `follower` is called with what is done and what is to be done.
+/// Does work in a thread of its own, while this thread regularly checks Python for interrupts. `follower` is called with the work done and the total
+/// work.
 pub fn apart<T: Send>(
     py: Python<'_>,
     follower: Option<&Bound<'_, PyAny>>,
@@ -84,7 +85,7 @@ pub fn apart<T: Send>(
     followed(py, Link::default(), follower, work)
 }
 
-/// The same with a link that is there.
+/// Does work in a thread of its own as [`apart`] does, with the given link.
 pub fn followed<T: Send>(
     py: Python<'_>,
     link: Link,
@@ -95,7 +96,7 @@ pub fn followed<T: Send>(
     raised.map_or(Ok(done), Err)
 }
 
-/// The same for work that leaves something when an exception ends it: what it returned, and the exception.
+/// Does work in a thread of its own that returns a partial result when an exception ends it. Returns the result of the work, and the exception.
 pub fn ended<T: Send>(
     py: Python<'_>,
     link: Link,
@@ -109,7 +110,7 @@ pub fn ended<T: Send>(
         let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, {
             let link = &link;
             move || {
-                // Dropped at the end, also where the work panics
+                // Dropped at the end, also if the work panics
                 let _sender = sender;
                 let _turn = link.meshers.begin();
                 if is_alone { alone(|| work(link)) } else { work(link) }

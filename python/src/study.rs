@@ -23,7 +23,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-/// A study, by the path of its `study.toml` or by the name of one that the program brings.
+/// A study, given by the path of its `study.toml` or by the name of a study that comes with the program.
 ///
 /// >>> import durometer
 /// >>> study = durometer.Study.load("finger-convergence")
@@ -36,11 +36,11 @@ pub struct Study {
 
 #[pymethods]
 impl Study {
-    /// Reads a study; `changes` are values of keys of every scene, such as {"laws.rubber.nu": 0.49}.
+    /// Reads a study; `changes` are values for keys of every scene, such as {"laws.rubber.nu": 0.49}.
     #[staticmethod]
     #[pyo3(signature = (name, changes = None))]
     fn load(py: Python<'_>, name: PathBuf, changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        // The study is run later, perhaps from another folder
+        // The study is run later, perhaps after the current folder has changed
         let file = std::path::absolute(find(&name, "study.toml").map_err(refused)?)?;
         let changes = changes.map(|changes| mapping("changes", changes)).transpose()?.unwrap_or_default();
         let change = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_of(&value)?));
@@ -48,7 +48,7 @@ impl Study {
         Ok(Self { study: py.detach(|| Expanded::read(&file, &changes)).map_err(refused)? })
     }
 
-    /// Name of the study, as its folder is called.
+    /// Name of the study, that of its folder.
     #[getter]
     fn name(&self) -> &str {
         &self.study.name
@@ -78,14 +78,16 @@ impl Study {
         &self.study.file
     }
 
-    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report: also the cases that
-    /// `durometer run --extend` has added there, and those that a run before has asked for. InputError where the folder holds results of another study or
-    /// command. Ctrl-C keeps what is finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
+    /// Runs every case that has no result yet in the folder `out`, by default `reports/<name>`, and writes the report. This includes cases that
+    /// `durometer run --extend` has added there, and cases that an earlier run has asked for. Raises InputError if the folder holds results of another
+    /// study or command. Ctrl-C keeps what is finished: the next run continues from there, and `result` of the exception has the records so far, by case.
     ///
-    /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
-    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
-    /// always computed again, since no result says which class it was. `check`: raise `RunError`
-    /// where a case does not complete, the study has no result or a stored file is damaged, with the report as its `result`.
+    /// `only`: run only cases whose id contains this text.
+    /// `jobs`: number of cases that run at the same time.
+    /// `progress`: True, or a function of the number of cases done, including fractions of running ones, and the total number.
+    /// `isolation`: "processes", or "threads", which laws in Python need; cases with such a law are always computed again, because
+    /// results do not record the class.
+    /// `check`: raise `RunError`, with the report as its `result`, if a case does not complete, the study has no result or a stored file is damaged.
     #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
     fn run<'py>(
         &self,
@@ -149,16 +151,16 @@ impl Study {
 
 type Failed = Box<dyn std::error::Error + Send + Sync>;
 
-/// How the work on the cases has ended.
+/// How the work on the cases ended.
 enum Done {
-    /// The report is written; what is not complete, and the status of the first case that is not
+    /// The report is written; a description of what is incomplete, and the status of the first incomplete case
     All(Option<(String, String)>),
-    /// It was stopped, with these results
+    /// The work was stopped, with these results
     Part(Vec<CaseRecord>),
 }
 
 impl Study {
-    /// Runs the cases, with those that were added to the results or have followed from them, and writes the report.
+    /// Runs the cases, including those that were added to the results or follow from them, and writes the report.
     fn work(
         &self,
         dir: &Path,
@@ -195,19 +197,19 @@ impl Study {
     }
 }
 
-/// Adds up how far the cases are.
+/// Adds up the progress of the cases.
 struct Following<'a> {
     link: &'a Link,
     raised: &'a Arc<Raised>,
     wanted: f64,
-    /// Case → the part of it that is done
+    /// Case → the fraction of it that is done
     shares: Mutex<HashMap<String, f64>>,
 }
 
 impl Following<'_> {
     fn is_at(&self, case: &str, share: f64) {
         let mut shares = locked(&self.shares);
-        // A case that is repeated begins anew
+        // A repeated case starts again from zero, but the reported progress does not decrease
         let most = shares.entry(case.into()).or_insert(0.0);
         *most = share.max(*most);
         self.link.progress(Progress { t: shares.values().sum(), end: self.wanted });

@@ -1,11 +1,11 @@
-//! Threads of the solver: how many a run may use, and processes that were forked without them.
+//! Threads of the solver: the number that a run may use, and the refusal of forked processes, which lack them.
 
 use crate::error::input;
 use durometer::math::threads::{alone, are_left_behind, available, count, is_alone, use_threads};
 use durometer_commands::arguments;
 use pyo3::prelude::*;
 
-/// A number of threads, or of cases that run at a time, with the limits of the command line; all cores where none is given.
+/// Reads a number of threads, or of cases that run at the same time, with the limits of the command line; the number of cores if none is given.
 pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     let Some(given) = given else { return Ok(available()) };
     let whole =
@@ -13,7 +13,7 @@ pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     arguments::threads(&whole.to_string()).map_err(crate::error::refused)
 }
 
-/// Lets the work that follows use so many threads; within a law or a controller it has one.
+/// Sets the number of threads for the work that follows; within a law or a controller, work always has one thread.
 pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     let number = number(given)?;
     if !is_alone() {
@@ -22,13 +22,13 @@ pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     Ok(())
 }
 
-/// Calls code of Python for which a thread of the solver waits, such as a law. A scene that this code runs has one thread: all others may wait for
-/// such code too.
+/// Calls Python code for which a thread of the solver waits, such as a law. A scene that this code runs has one thread, because all other threads may be
+/// waiting for such code too.
 pub fn ask<T>(code: impl for<'py> FnOnce(Python<'py>) -> T) -> T {
     alone(|| Python::attach(code))
 }
 
-/// Refuses work with threads in a process that was forked after they had started, and has none of them.
+/// Refuses work with threads in a process that was forked after they had started, and that therefore has none of them.
 pub fn check_fork() -> PyResult<()> {
     if count() < 2 || !are_left_behind() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The class `Twin`: a reduced model that steps.
+//! The class `Twin`: a reduced model that is stepped from Python.
 
 use crate::array::own_array;
 use crate::error::{input, refused};
@@ -17,9 +17,9 @@ use std::sync::{Arc, Mutex};
 #[pyclass(module = "durometer", frozen)]
 pub struct Twin {
     model: Arc<ReducedModel>,
-    /// In a box: its lanes of numbers are aligned to 32 bytes
+    /// The model, in a box because its SIMD lanes are aligned to 32 bytes
     running: Box<Mutex<Model>>,
-    /// Exceptions of its laws in Python
+    /// Exceptions of the model's laws in Python
     raised: Arc<Raised>,
 }
 
@@ -30,8 +30,8 @@ impl Twin {
         Ok(Self { running: Box::new(running.into()), model, raised })
     }
 
-    /// Does work on the model, without the lock of the interpreter: whoever waits for the model does not hold up the thread that has it, and no code of
-    /// Python runs in the work but that of laws, whose exceptions are raised.
+    /// Does work on the model without the interpreter lock, so that a thread waiting for the model does not block the one that uses it. The only Python
+    /// code in the work is that of laws, whose exceptions are raised.
     fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Model) -> T + Send) -> PyResult<T> {
         py.detach(|| {
             let mut running = locked(&self.running);
@@ -47,7 +47,7 @@ impl Twin {
         self.model.quantities.iter().map(|q| q.name.as_str()).collect()
     }
 
-    /// Which inputs a search may move: those of these names, or else those that drive.
+    /// Returns which inputs a search may move: the named ones, or by default the driving ones.
     fn moving(&self, named: Option<Vec<String>>) -> PyResult<Vec<bool>> {
         let Some(named) = named else { return Ok(self.model.driving()) };
         let known = self.names_of_inputs();
@@ -57,14 +57,14 @@ impl Twin {
         Ok(known.iter().map(|known| named.iter().any(|name| name == known)).collect())
     }
 
-    /// Values by the names of the quantities.
+    /// Returns a dictionary of values by the names of the quantities.
     fn by_quantity<'py>(&self, py: Python<'py>, values: fn(&Model) -> &[f64]) -> PyResult<Bound<'py, PyDict>> {
         let values = self.with(py, |model| values(model).to_vec())?;
         self.names_of_quantities().into_iter().zip(values).into_py_dict(py)
     }
 }
 
-/// Numbers by names, each with the index of its name among those that are `known`.
+/// Reads numbers by name, and returns each with the index of its name in `known`.
 fn indexed(what: &str, known: &[&str], given: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, f64)>> {
     let one = |(name, value): (String, Bound<'_, PyAny>)| {
         let Some(k) = known.iter().position(|known| *known == name) else {
@@ -87,7 +87,7 @@ impl Twin {
         Self::of(py, ReducedModel::read(&path).map_err(refused)?)
     }
 
-    /// A model from the bytes of such a file.
+    /// Reads a model from the bytes of a `.durom` file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         Self::of(py, ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?)
@@ -112,13 +112,13 @@ impl Twin {
         self.by_quantity(py, Model::values)
     }
 
-    /// Name of each quantity → its error bar, infinite beyond the ranges.
+    /// Name of each quantity → its error bar, infinite out of range.
     #[getter]
     fn bars<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.by_quantity(py, Model::bars)
     }
 
-    /// Name of each quantity → the estimated error: the value of the full model less that of this one.
+    /// Name of each quantity → its estimated error: the value of the full model minus that of this one.
     #[getter]
     fn estimates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.by_quantity(py, Model::estimates)
@@ -130,19 +130,20 @@ impl Twin {
         self.with(py, |model| model.in_range())
     }
 
-    /// Length of a step in time `[s]` of a model that moves, else None.
+    /// Time step `[s]` of a model that moves, otherwise None.
     #[getter]
     fn dt(&self) -> Option<f64> {
         self.model.dynamics.as_ref().map(|dynamics| dynamics.dt)
     }
 
-    /// Time since the last rest `[s]` of a model that moves, else None.
+    /// Time since the last rest `[s]` of a model that moves, otherwise None.
     #[getter]
     fn time(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         self.with(py, |model| model.time())
     }
 
-    /// Goes to the equilibrium of these inputs `[SI]`, or one step in time with them at its end; those that are not given keep their values. Returns the values of the quantities.
+    /// Goes to the equilibrium of these inputs `[SI]`, or takes one time step at whose end they have these values; inputs that are not given keep their
+    /// values. Returns the values of the quantities.
     fn step<'py>(&self, py: Python<'py>, inputs: &Bound<'_, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let given = indexed("input", &self.names_of_inputs(), inputs)?;
         let values = self.with(py, |model| {
@@ -153,8 +154,8 @@ impl Twin {
         self.names_of_quantities().into_iter().zip(values.map_err(refused)?).into_py_dict(py)
     }
 
-    /// Goes to inputs in their ranges at which these quantities have these values, as near as a local search comes; true where it met all within
-    /// `tolerance`, a share of their largest changes from rest. It moves the inputs that are named, or else those that drive.
+    /// Goes to inputs within their ranges at which these quantities have these values, as nearly as a local search finds them. Returns whether all are
+    /// met within `tolerance`, relative to their largest changes from rest. `moving` names the inputs that may move, by default the driving ones.
     #[pyo3(signature = (targets, *, tolerance = 1e-4, moving = None))]
     fn reach(
         &self,
@@ -177,8 +178,8 @@ impl Twin {
         Ok(self.with(py, |model| reach_by(model, &targets, &moving))?.map_err(refused)?.met)
     }
 
-    /// Derivatives of the quantities by the inputs `[quantities × inputs]` at the present equilibrium, in the order of `values` and `inputs`; not a number at
-    /// rest, before the first step.
+    /// Returns the derivatives of the quantities with respect to the inputs `[quantities × inputs]` at the present equilibrium, in the order of `values`
+    /// and `inputs`; NaN at rest, before the first step.
     fn sensitivities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let shape = [self.model.quantities.len(), self.model.inputs.len()];
         let mut out = vec![0.0; shape[0] * shape[1]];
@@ -186,7 +187,7 @@ impl Twin {
         own_array(py, out, shape)
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, Model::reset)
     }

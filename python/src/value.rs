@@ -1,4 +1,4 @@
-//! Values of Python as those of TOML, arrays of Python as numbers, and results of the library as dictionaries.
+//! Conversion of Python values to TOML, of Python arrays to numbers, and of results of the library to dictionaries.
 
 use crate::error::input;
 use durometer::math::tensor::Mat3;
@@ -10,15 +10,16 @@ use pyo3::types::{
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Deepest nesting of lists and dictionaries in a value: no key of a scene lies deeper.
+/// Deepest nesting of lists and dictionaries in a value; no key of a scene is nested deeper.
 const DEEPEST: usize = 32;
 
-/// The value of a key of a scene: text with a unit, a number, a flag, a path, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
+/// Converts a value of a key of a scene: text with a unit, a number, a flag, a path, a sequence or a mapping. numpy numbers and arrays count as numbers
+/// and lists.
 pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     toml_within(value, DEEPEST)
 }
 
-/// The same of a value that may be so deep.
+/// Converts a value nested at most `depth` deep.
 fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
     let Some(depth) = depth.checked_sub(1) else {
         let fact = format!("a value has lists or dictionaries that lie more than {DEEPEST} deep in each other");
@@ -53,7 +54,7 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
         let entries = value.try_iter()?.map(|entry| toml_within(&entry?, depth)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(entries));
     }
-    // Numbers and arrays of numpy know their value in Python
+    // numpy numbers and arrays convert themselves to Python values
     if let Ok(plain) = value.call_method0("tolist")
         && !plain.is(value)
     {
@@ -65,7 +66,7 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
     ))
 }
 
-/// Whether a value is a sequence, and neither a text nor bytes.
+/// Whether a value is a sequence other than text and bytes.
 pub fn is_list(value: &Bound<'_, PyAny>) -> bool {
     let is_text = value.is_instance_of::<PyString>()
         || value.is_instance_of::<PyBytes>()
@@ -73,10 +74,10 @@ pub fn is_list(value: &Bound<'_, PyAny>) -> bool {
     !is_text && value.cast::<PySequence>().is_ok()
 }
 
-/// Key and value of a mapping.
+/// A key and its value in a mapping.
 type Entry<'py> = (String, Bound<'py, PyAny>);
 
-/// Keys and values of a dictionary or another mapping; none of what is no mapping.
+/// Returns keys and values of a dictionary or another mapping; `None` if the value is not a mapping.
 pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<Entry<'py>>>> {
     let Ok(table) = value.cast::<PyMapping>() else { return Ok(None) };
     let entry = |pair: Bound<'py, PyAny>| {
@@ -87,23 +88,23 @@ pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<Entry<'py>
     table.items()?.iter().map(entry).collect::<PyResult<_>>().map(Some)
 }
 
-/// The entries of what must be a mapping.
+/// Returns the entries of a value that must be a mapping.
 pub fn mapping<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<Vec<Entry<'py>>> {
     entries(value)?.ok_or_else(|| input(&format!("{what} is of the type {}", kind(value)), "give a dictionary"))
 }
 
-/// Name of the type of a value.
+/// Returns the name of the type of a value.
 pub fn kind(value: &Bound<'_, PyAny>) -> String {
     value.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string())
 }
 
-/// A value that the library would write as JSON, as objects of Python.
+/// Converts a value that the library would write as JSON to Python objects.
 pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|e| input(&format!("the result cannot be written: {e}"), ""))?;
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// A value of TOML as objects of Python: JSON has no infinity.
+/// Converts a TOML value to Python objects, directly because JSON has no infinity.
 pub fn object_of<'py>(py: Python<'py>, value: &toml::Value) -> PyResult<Bound<'py, PyAny>> {
     use toml::Value;
     Ok(match value {
@@ -124,7 +125,7 @@ pub fn object_of<'py>(py: Python<'py>, value: &toml::Value) -> PyResult<Bound<'p
     })
 }
 
-/// Numbers of a list or an array of one index, all finite.
+/// Reads the numbers of a list or a one-dimensional array, all finite.
 pub fn numbers(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let array = floats(name, given)?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
@@ -136,7 +137,7 @@ pub fn numbers(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(values)
 }
 
-/// Numbers of an array of one of these shapes, row by row; the first shape is the one that is documented.
+/// Reads the numbers of an array of one of these shapes, row by row; messages name the first shape.
 fn shaped(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult<Vec<f64>> {
     let array = floats(name, given)?;
     let shape = array.getattr("shape")?;
@@ -148,7 +149,7 @@ fn shaped(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult
     array.call_method0("ravel")?.extract()
 }
 
-/// One number, or what is to be given.
+/// Reads one number; the error names `remedy`.
 pub fn number(name: &str, given: &Bound<'_, PyAny>, remedy: &str) -> PyResult<f64> {
     given.extract().map_err(|why: PyErr| match why.is_instance_of::<PyException>(given.py()) {
         true => input(&format!("{name} is of the type {}, and no number", kind(given)), remedy),
@@ -156,7 +157,7 @@ pub fn number(name: &str, given: &Bound<'_, PyAny>, remedy: &str) -> PyResult<f6
     })
 }
 
-/// Two numbers of a list or an array.
+/// Reads two numbers of a list or an array.
 pub fn pair(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     let both = shaped(name, given, &[&[2]])?;
     Ok((both[0], both[1]))
@@ -168,7 +169,7 @@ fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyA
         let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
         kind.and_then(|kind| kind.extract::<String>()).is_ok_and(|kind| kind == "c")
     };
-    // numpy makes these numbers, one of them with a warning
+    // numpy would convert these to numbers, complex ones with a warning
     if given.is_none() || is_complex(given) {
         let fact = if given.is_none() { "None" } else { "an array of complex numbers" };
         return Err(input(&format!("{name} is {fact}"), "give a list of real numbers or an array of numpy"));
@@ -185,7 +186,7 @@ fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyA
     })
 }
 
-/// Refuses a number that is not finite.
+/// Refuses numbers that are not finite.
 pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(k) => Err(input(&format!("{name} has the value {} at index {k}", values[k]), "leave such values out")),
@@ -193,12 +194,12 @@ pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
     }
 }
 
-/// A tensor of the second order, by rows.
+/// Reads a second-order tensor, by rows.
 pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
     Ok(Mat3::from_row_slice(&shaped(name, given, &[&[3; 2]])?))
 }
 
-/// A tensor of the fourth order, its 81 numbers in the order of its indices; also as a matrix of the first two by the last two.
+/// Reads the 81 numbers of a fourth-order tensor in the order of its indices; also accepts a 9 × 9 matrix of the first two indices by the last two.
 pub fn tensor_of_four(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     shaped(name, given, &[&[3; 4], &[9; 2]])
 }

@@ -58,10 +58,10 @@ components = "x"
 displacement = { kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }
 """
 
-#: A longer beam of a material that keeps its volume, which elements of four nodes make too stiff
+#: A longer beam of a nearly incompressible material, for which four-node elements are too stiff
 LOCKED = BEAM.replace("nu = 0.45", "nu = 0.4995").replace("divisions = [4, 2, 2]", "divisions = [6, 2, 2]").replace('"20 mm", "10 mm", "10 mm"', '"60 mm", "10 mm", "10 mm"')
 
-#: A finger on a mesh that the package brings; its error is above the tolerance, and there is no other mesh
+#: A finger on a mesh that comes with the package; its error is above the tolerance, and there is no other mesh
 REFINED = """
 [mesh]
 body = "finger"

@@ -1,4 +1,4 @@
-"""Functions of PyTorch and JAX: values of the run, and derivatives against differences of runs and against the forward ones."""
+"""Functions of PyTorch and JAX: values of the run, and derivatives compared with differences of runs and with forward derivatives."""
 
 import importlib
 import random
@@ -196,7 +196,7 @@ def test_wrong_functions_and_numbers_are_refused(scene: durometer.Scene, name: s
         at_end(at_end.start[:2])
     with pytest.raises(durometer.InputError, match="of the type"):
         at_end(at_end.start.astype(int) if name == "jax" else at_end.start.to(int))
-    # A search may come there: it is a design without an answer
+    # A search may get there: it is a design without an answer
     for number in ("nan", "inf"):
         with pytest.raises(durometer.RunError, match="finite") as caught:
             at_end(at_end.start * float(number))
@@ -247,7 +247,7 @@ def test_a_design_without_an_answer_is_one_kind_of_exception(method: str) -> Non
     with pytest.raises(durometer.RunError) as caught:
         EndValues(loose, KEYS[:1], COLUMNS[:1], method, None).values(numpy.array([100e3]))
     assert caught.value.status == "Singular"
-    # A mistake of the caller is none of the design
+    # An error of the caller is not a failure of the design
     with pytest.raises(durometer.InputError, match="derivative by .* is .*nan"):
         of.pullback(of.start, numpy.array([1.0, float("nan")]))
     with pytest.raises(durometer.InputError, match="whole number of 1 or more"):
@@ -439,7 +439,7 @@ def test_threads_take_values_of_one_function(scene: durometer.Scene) -> None:
     from durometer._end_values import EndValues
 
     class Quick:
-        """A scene whose run is its number."""
+        """A scene whose run is just its number."""
 
         def __init__(self, number: float = 0.0) -> None:
             self.number = number

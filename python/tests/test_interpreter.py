@@ -1,4 +1,4 @@
-"""Python goes on while a scene runs, can end it, and gets its memory back."""
+"""Python continues while a scene runs, can end the run, and gets its memory back."""
 
 import signal
 import subprocess
@@ -12,7 +12,7 @@ import psutil
 import pytest
 from conftest import BEAM, PULLED
 
-#: Steps that take some seconds in all
+#: Steps that take several seconds in total
 LONG = BEAM.replace('dt = "0.5 s"', 'dt = "0.0002 s"')
 
 
@@ -55,7 +55,7 @@ def test_progress_is_told_and_an_exception_in_it_ends_the_run() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_interrupts_a_run(tmp_path: Path) -> None:
-    # A parent that runs in the background of a shell ignores SIGINT, and Python takes that over
+    # A parent that runs in the background of a shell ignores SIGINT, which Python inherits
     code = f"""
 import durometer, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -110,7 +110,7 @@ def test_runs_of_several_threads_of_python_are_the_same(beam: durometer.Scene) -
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_ends_a_fit_and_a_gradient(tmp_path: Path) -> None:
-    # Each takes some seconds in all, and ends within a second
+    # Each takes several seconds in total, and ends within a second
     code = f"""
 import durometer, numpy, os, signal, sys, threading, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -184,7 +184,7 @@ assert scene.run().converged
 
 
 def test_laws_and_controllers_can_run_scenes() -> None:
-    # All threads may be in the law at once, and the runs in it find none that is free
+    # All threads may be in the law at once, so that the runs in it find no free thread
     code = f"""
 import durometer
 import test_laws

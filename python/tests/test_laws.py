@@ -42,7 +42,7 @@ durometer.register_law(PythonNeoHookean)
 
 
 class Differenced(PythonNeoHookean):
-    """The same without the hint that it is linear: its derivatives by constants are differences."""
+    """The Neo-Hookean law without the hint that it is linear: its derivatives with respect to constants are differences."""
 
     name = "python_differenced"
     linear = False
@@ -52,7 +52,7 @@ durometer.register_law(Differenced)
 
 
 class OfParameters(PythonNeoHookean):
-    """The same in constants of its own."""
+    """The Neo-Hookean law with constants of its own."""
 
     name = "python_parameters"
     linear = False
@@ -241,7 +241,7 @@ def test_only_a_class_of_a_law_is_registered(law, words: str) -> None:
 
 
 class Chains(PythonNeoHookean):
-    """Gent's law (1996) with a volumetric part, which ends where I1 - 3 = J_m."""
+    """Gent's law (1996) with a volumetric part, which is defined for I1 - 3 < J_m."""
 
     name = "python_chains"
     linear = False
@@ -286,7 +286,7 @@ class Chains(PythonNeoHookean):
 
 
 class Raising(Chains):
-    """The same, which raises where it ends."""
+    """Gent's law, raising an exception where it is not defined."""
 
     name = "python_raising_chains"
 

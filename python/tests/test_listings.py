@@ -21,7 +21,7 @@ def test_the_listings_of_the_guide_run_one_after_the_other(
     names: dict[str, object] = {}
     for listing in listings:
         exec(compile(listing, str(GUIDE), "exec"), names)
-        # A listing that prints nothing has not come to its print
+        # A listing that prints nothing has not reached its print call
         assert capsys.readouterr().out or "print(" not in listing, listing
 
 

@@ -1,4 +1,4 @@
-"""The program that the package brings: exit codes, pipes, signals, processes of cases, and where its files come from."""
+"""The program in the package: exit codes, pipes, signals, processes of cases, and where its files come from."""
 
 import os
 import shutil
@@ -177,7 +177,7 @@ def test_studies_come_with_the_program_into_its_cache(tmp_path: Path) -> None:
     told = program("studies", env=environment, cwd=tmp_path)
     assert told.returncode == 0 and "finger-convergence" in told.stdout
     assert any(folder.name.startswith("files-") for folder in cache.iterdir())
-    # Files of another version are of no concern: each version has a folder of its own
+    # Files of another version do not matter: each version has a folder of its own
     (cache / "files-0000000000000000").mkdir()
     told = program("doctor", env=environment, cwd=tmp_path)
     assert "is of another version of the program" in told.stdout

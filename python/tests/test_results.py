@@ -222,7 +222,7 @@ def test_the_cost_of_a_run_is_without_what_is_done_for_python() -> None:
     scene = durometer.Scene.from_toml(
         PULLED.replace('{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }', '{ kind = "controlled", initial = "0 mm" }')
     )
-    # It is assembled before the clocks are read
+    # The scene is assembled before the clocks are read
     assert scene.columns
     clocks = [time.perf_counter, time.process_time]
     answers = numpy.zeros(2)

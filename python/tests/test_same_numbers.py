@@ -11,7 +11,7 @@ from conftest import BEAM, PULLED, program
 
 @pytest.mark.parametrize("text", [BEAM, PULLED], ids=["weight", "pulled"])
 def test_every_column_of_a_run_has_the_bits_of_the_program(tmp_path: Path, text: str) -> None:
-    # A folder with a blank in its name is one like any other
+    # A folder with a blank in its name works like any other
     folder = tmp_path / "a folder"
     folder.mkdir()
     (folder / "scene.toml").write_text(text)

@@ -66,7 +66,7 @@ def test_a_twin_gives_the_numbers_of_the_program(file: Path) -> None:
     twin.step({name: 50.0})
     assert not twin.in_range and numpy.isinf(twin.bars["xmax_z_m"])
     assert durometer.Twin.from_bytes(file.read_bytes()).ranges == twin.ranges
-    # At many addresses, which Python aligns to 16 bytes
+    # At many addresses, since Python aligns to 16 bytes
     others = [durometer.Twin(file) for _ in range(20)]
     assert all(other.step({name: 12.5}) == values for other in others)
     for wrong in ({"none": 1.0}, {name: float("nan")}, {name: "12.5"}, {name: None}, {name: [1.0, 2.0]}, {1: 1.0}, [1.0], 1.0):

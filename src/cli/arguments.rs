@@ -5,17 +5,17 @@ use durometer::math::threads;
 use durometer::scene::{MemorySpec, overrides};
 use std::collections::BTreeMap;
 
-/// `--set key=value`, several times. A step into a list is its index from 0, or the `name` or `kind` of an entry.
+/// Parses the values of `--set key=value`. An entry of a list is addressed by its index from 0, or by its `name` or `kind`.
 pub fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::OverrideError> {
     set.iter().map(|text| overrides::parse(text)).collect()
 }
 
-/// A number of cases that run at a time.
+/// Parses a number of cases that run at the same time.
 pub fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "at least one case runs at a time; give 1 or more".into())
 }
 
-/// A number of threads, or of cases that run at a time: some for each core at most.
+/// Parses a number of threads, or of cases that run at the same time; it is limited by the number of cores.
 pub fn threads(text: &str) -> Result<usize, String> {
     let wanted = text.parse().ok().filter(|n| *n > 0).ok_or("give a whole number of 1 or more")?;
     let cores = threads::available();
@@ -28,18 +28,19 @@ pub fn threads(text: &str) -> Result<usize, String> {
     Ok(wanted)
 }
 
-/// Largest number of threads on so many cores: that of a small machine suffices to compare numbers of threads.
+/// Largest number of threads that is accepted on `cores` cores. At least 64 are always accepted, so that thread counts can be compared on a small
+/// machine.
 fn most_threads(cores: usize) -> usize {
     (4 * cores).max(64)
 }
 
-/// A size of memory with its unit \[bytes\].
+/// Parses an amount of memory with its unit \[bytes\].
 pub fn memory(text: &str) -> Result<u64, String> {
     let text: toml::Value = text.into();
     text.try_into::<MemorySpec>().map(|gigabytes| (1e9 * gigabytes.0) as u64).map_err(|e| e.message().to_string())
 }
 
-/// `time=t` and the like by their content; one that is given twice is refused.
+/// Maps the content of each entry such as `time=t` to its text; a content that is given twice is refused.
 pub fn contents(texts: &[String]) -> Result<BTreeMap<Role, String>, String> {
     let mut found = BTreeMap::new();
     for text in texts {

@@ -9,7 +9,7 @@ use durometer::scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Writes the picture as SVG, PNG or PDF, by the ending of the file.
+/// Writes the picture as SVG, PNG or PDF, according to the file extension.
 pub fn write(path: &Path, scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let encode: fn(&str, &str) -> Result<Vec<u8>, ReportError> = match ending.as_str() {
@@ -36,7 +36,7 @@ fn picture(scene: &Scene) -> BodyPicture {
     let is_own = |name: &str| scene.spec.mesh.regions.contains_key(name);
     let [mut shown, _] = shown(scene);
     shown.retain(|(name, _)| !is_whole(name));
-    // Those of the file over those of the mesh, small ones over large ones
+    // Regions of the file are drawn over those of the mesh, small regions over large ones
     let size = |region: &Region| std::cmp::Reverse(region.facets.len() + region.cells.len());
     shown.sort_by_key(|(name, region)| (is_own(name), size(region), number_of_face(name)));
     let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());

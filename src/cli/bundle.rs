@@ -34,7 +34,7 @@ struct WriteArgs {
     study: PathBuf,
     /// Folder that is written
     out: PathBuf,
-    /// Folder of the results [default: reports/<study>, where run puts them, here or next to the study]
+    /// Folder of the results [default: reports/<study>, as written by run, here or next to the study]
     #[arg(long)]
     results: Option<PathBuf>,
     /// Licence of the bundle: its URL, or words
@@ -81,7 +81,7 @@ fn written(args: &WriteArgs) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// The results of a study: where `run` puts them from here, or where it puts them from the folder of the study.
+/// Finds the results of a study: where `run` writes them if it is called from the current folder, or else from the folder of the study.
 fn results_of(file: &Path, name: &str) -> Result<PathBuf, String> {
     let here = Path::new("reports").join(name);
     let next_to_it = file.parent().unwrap_or(Path::new("")).join(&here);
@@ -104,7 +104,7 @@ fn rerun(args: &RerunArgs) -> CommandResult {
         run.env("DUROMETER_HOME", std::path::absolute(home)?);
     }
     if !args.with_mesher {
-        // No program has the empty name
+        // An empty name disables the mesher: no program has it
         run.env("DUROMETER_PYTHON", "");
     }
     let status = run.status()?;

@@ -7,9 +7,9 @@ use durometer::study::expand::Study;
 use durometer::study::listing::{Listed, State, list};
 use std::path::PathBuf;
 
-/// List the cases of a study: what is stored of each, and what it is expected to cost
+/// List the cases of a study: what is stored for each, and what it is expected to cost
 ///
-/// Nothing is run, meshed or written. Expected times and memory come from stored results, of the case itself or of others of its
+/// Nothing is run, meshed or written. Expected times and memory come from stored results of the case itself, or of other cases with its
 /// formulation.
 #[derive(clap::Args)]
 #[command(after_help = "\

@@ -71,7 +71,7 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     let (mut bodies, mut first, mut refused) = (Bodies::new(), None, vec![]);
     for cases in study.cases.chunks(AT_ONCE) {
         let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
-        // Of large scenes only one is held
+        // Only the first scene is kept, because scenes can be large
         let rows = threads::map(cases.iter().zip(on).enumerate().collect(), |(k, (case, body))| {
             checked(study, case, body?).map(|scene| (row(case, &scene), (k == 0).then_some(scene)))
         });
@@ -103,17 +103,17 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
 /// Why a scene cannot be run.
 type Refusal = Box<dyn std::error::Error + Send + Sync>;
 
-/// Meshes by what they are made of, and why there is none.
+/// Meshes by the text of what they are made from, or the reason why there is none.
 type Bodies = BTreeMap<String, Result<Arc<Body>, String>>;
 
-/// The mesh of a scene. It is made or refused once.
+/// Returns the mesh of a scene, which is loaded or refused only once.
 fn body(file: &Path, spec: &SceneSpec, bodies: &mut Bodies) -> Result<Arc<Body>, String> {
     let make = || Body::load(file, &spec.mesh, &mut |line| tell!("{line}")).map(Arc::new).map_err(|e| e.to_string());
-    // A mesh file is looked for from the folder of the scene
+    // The path of a mesh file is relative to the folder of the scene
     bodies.entry(format!("{:?} {:?}", file.parent(), spec.mesh)).or_insert_with(make).clone()
 }
 
-/// The scene of a case, which can be run.
+/// Builds the scene of a case and checks that it can be run.
 fn checked(study: &Study, case: &Case, body: Arc<Body>) -> Result<Scene, Refusal> {
     let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body)?;
     Task::new(study, case.clone(), vec![], false).check(&scene)?;
@@ -132,7 +132,7 @@ fn row(case: &Case, scene: &Scene) -> String {
     )
 }
 
-/// One error for all cases that are refused: a fact that several of them share is said once.
+/// Combines the errors of all refused cases into one, in which a fact that several cases share is stated once.
 fn refusal(refused: Vec<(&String, Refusal)>) -> Option<Box<dyn std::error::Error>> {
     let mut facts: Vec<(String, Vec<&str>)> = vec![];
     for (id, error) in &refused {
@@ -163,7 +163,7 @@ fn absent(kinds: &[&str], declared: &[&str]) -> String {
     if rest.is_empty() { "none".into() } else { rest.join(", ") }
 }
 
-/// The table of a scene behind an effect that no `[[effect]]` declares, and its keys in words.
+/// Returns the table of the scene that an effect not declared by an `[[effect]]` comes from, and a description of its keys.
 fn origin(scene: &Scene, name: &str) -> (&'static str, String) {
     let spec = &scene.spec;
     let contact = spec.contacts.iter().find(|c| name == c.name || name.strip_suffix("_friction") == Some(&c.name));
@@ -224,7 +224,7 @@ fn describe(scene: &Scene) {
         });
         say!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
     }
-    // Effects in the order of the file, then those of constraints, rigid bodies and contacts
+    // Effects in the order of the file, then the effects of constraints, rigid bodies and contacts
     for (k, effect) in scene.system.effects.iter().enumerate() {
         let (what, words) = match scene.spec.effects.get(k) {
             Some(spec) => ("effect", spec.words()),

@@ -7,13 +7,13 @@ use durometer::study::changes::{Change, Changes, Judgement, compare};
 use durometer::wording::few;
 use std::path::{Path, PathBuf};
 
-/// A hundred times the accuracy of the solver \[–\]; the default of `--tolerance`
+/// The default of `--tolerance` \[–\], a hundred times the accuracy of the solver
 const TOLERANCE: f64 = 1e-4;
 
-/// Compare two results of a study: what changed, and is it beyond the error bars
+/// Compare two results of a study: what changed, and whether it exceeds the error bars
 ///
-/// A change is beyond the bars if it exceeds √(h₁² + h₂²), the half-widths of both. A value without an error bar is judged by --tolerance. Values are those
-/// that the study judges: peaks, or largest changes of what does not start at zero.
+/// A change exceeds the error bars if it is larger than √(h₁² + h₂²), with the half-widths h₁ and h₂ of both. A value without an error bar is judged by
+/// --tolerance. Values are those that the study judges: peaks, or the largest change of a quantity that does not start at zero.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,7 +27,7 @@ pub struct Args {
     old: PathBuf,
     /// Folder of the later result
     new: PathBuf,
-    /// Relative change that is accepted of a value without an error bar; the default is a hundred times the accuracy of the solver
+    /// Largest relative change that is accepted for a value without an error bar; the default is a hundred times the accuracy of the solver
     #[arg(long, value_name = "SHARE", default_value = "0.01 %")]
     tolerance: String,
     /// Also list the values that did not change
@@ -54,7 +54,7 @@ pub fn main(args: Args) -> CommandResult {
     Ok(outcome(&changes))
 }
 
-/// Compares two results with the usual tolerance, and prints what changed.
+/// Compares two results with the default tolerance, and prints what changed.
 pub fn told(old: &Path, new: &Path) -> CommandResult {
     let changes = compare(old, new, TOLERANCE)?;
     print(&changes, [old, new], false);
@@ -75,7 +75,7 @@ fn print(c: &Changes, folders: [&Path; 2], all: bool) {
     pair("version", &c.version);
     pair("tolerance", &c.tolerance.map(|t| format!("{} %", percent_cell(t))));
     c.settings.iter().for_each(|s| say!("{}: {}, now {}", s.what, s.old, s.new));
-    // Numbers of a verdict are its costs, and values that are listed below
+    // The numbers of a verdict are costs, or values that are listed below
     if c.verdict_changed || without_numbers(&c.verdict[0]) != without_numbers(&c.verdict[1]) {
         pair("verdict", &c.verdict);
     }

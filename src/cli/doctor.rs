@@ -4,9 +4,9 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::catalogue::{Home, Origin, archive, cache};
 use durometer::mesh::generate::MeshStore;
 
-/// Say what is missing on this machine, with the exact commands
+/// Report what is missing on this machine, with the exact commands to install it
 ///
-/// Only new meshes need it: committed meshes and all solving work without.
+/// Only new meshes need the mesher: committed meshes and the solver work without it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -15,7 +15,7 @@ Examples:
 
 Exit codes: 0 new meshes can be made, 2 something is missing.")]
 pub struct Args {
-    /// Set the mesher's environment up, with the pinned versions of gmsh, CGAL and meshio: .venv in a project, else in the cache
+    /// Set up the mesher's environment with the pinned versions of gmsh, CGAL and meshio: .venv in a project, otherwise in the cache
     #[arg(long)]
     setup: bool,
 }
@@ -45,7 +45,7 @@ pub fn main(args: Args) -> CommandResult {
     Ok(if sound { Outcome::Complete } else { Outcome::NotReady })
 }
 
-/// Prints where studies, bodies and meshes are taken from, and whether the program's own are as it brings them.
+/// Prints where studies, bodies and meshes are taken from, and whether the program's own files are unmodified.
 fn files(home: &Home) -> bool {
     let why = match home.origin {
         Origin::Named => "DUROMETER_HOME names this folder",

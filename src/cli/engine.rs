@@ -11,7 +11,7 @@ use durometer::study::listing::{Listed, State, list, prepare};
 use durometer::study::store::folder::Store;
 use std::path::Path;
 
-/// Memory of a case in the list of cases over the text of its scene: 9 was measured with 100 000 cases.
+/// Ratio of the memory of a case in the list of cases to the size of its scene text; 9 was measured with 100 000 cases.
 const TEXT_FACTOR: u64 = 16;
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
@@ -26,7 +26,8 @@ pub enum Engine {
     Hyperqueue,
 }
 
-/// Flags of cases that run here, with which no option of an engine goes: one that `--engine` conflicts with would let clap require it no more.
+/// Flags of cases that run here. Every option of an engine conflicts with them, because clap no longer requires an argument that conflicts with a given
+/// one, such as `--engine`.
 const HERE: [&str; 6] = ["only", "partition", "batch", "redo", "extend", "jobs"];
 
 /// How a scheduler runs a study, from the command line.
@@ -39,28 +40,28 @@ pub struct EngineArgs {
     /// Print the files of the engine, and submit nothing
     #[arg(long, requires = "engine", conflicts_with_all = HERE)]
     dry_run: bool,
-    /// Option of the scheduler, e.g. --engine-option=--partition=long (of sbatch; of hq, before its command); may be repeated
+    /// Option of the scheduler, e.g. --engine-option=--partition=long (for sbatch, or for hq before its command); may be repeated
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true, requires = "engine", conflicts_with_all = HERE)]
     engine_option: Vec<String>,
-    /// Line of shell before each task, e.g. "module load gcc"; may be repeated
+    /// Shell command that is run before each task, e.g. "module load gcc"; may be repeated
     #[arg(long, value_name = "LINE", requires = "engine", conflicts_with_all = HERE)]
     before: Vec<String>,
-    /// Expected time of a task: as many cases are packed into it
+    /// Expected time of a task; cases are packed into a task up to this time
     #[arg(long, value_name = "TIME", default_value = "60 min", requires = "engine", conflicts_with_all = HERE)]
     task_time: String,
     /// Largest number of tasks
     #[arg(long, value_name = "N", default_value = "1000", requires = "engine", conflicts_with_all = HERE, value_parser = super::arguments::at_least_one)]
     tasks: usize,
-    /// Time of a case of which no result tells anything
+    /// Expected time of a case for which no stored result gives an estimate
     #[arg(long, value_name = "TIME", default_value = "10 min", requires = "engine", conflicts_with_all = HERE)]
     case_time: String,
-    /// Memory of such a case, and of the report, in GiB
+    /// Expected memory of such a case, and of the report, in GiB
     #[arg(long, value_name = "GIB", default_value = "2", requires = "engine", conflicts_with_all = HERE)]
     case_memory: f64,
-    /// Requested time over expected time
+    /// Ratio of the requested to the expected time
     #[arg(long, value_name = "FACTOR", default_value = "2", requires = "engine", conflicts_with_all = HERE)]
     time_factor: f64,
-    /// Requested memory over expected memory; 0 requests none
+    /// Ratio of the requested to the expected memory; 0 requests no memory
     #[arg(long, value_name = "FACTOR", default_value = "1.5", requires = "engine", conflicts_with_all = HERE)]
     memory_factor: f64,
 }
@@ -76,7 +77,7 @@ impl EngineArgs {
     }
 }
 
-/// The numbers of the options.
+/// Parses the numbers of the options.
 fn numbers(args: &EngineArgs) -> Result<(Packing, Requests), String> {
     let time = |name: &str, text: &str| {
         let seconds = units::parse(text, Dimension::TIME).map_err(|e| format!("--{name}: {e}"))?;
@@ -108,11 +109,11 @@ fn numbers(args: &EngineArgs) -> Result<(Packing, Requests), String> {
     Ok((packing, requests))
 }
 
-/// Submits the cases of a study that have no result. `options` are those of `run` that every task has.
+/// Submits the cases of a study that have no result. `options` are the options of `run` that every task gets.
 pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], accept_build: bool) -> CommandResult {
     let (packing, requests) = numbers(args)?;
     if !args.dry_run {
-        // Once, here: tasks that want the same mesh would all make it
+        // Meshes are made once, here: otherwise every task that needs a mesh would make it
         prepare(study, &mut |case, line| tell!("{case}: mesher: {line}"))?;
     }
     let cases = list(study, dir);

@@ -1,6 +1,6 @@
 //! Limits on the size of files (`ulimit -f`, batch systems).
 
-/// Lets a write beyond the limit fail, so that its reason is told. By default the system ends the process with SIGXFSZ.
+/// Makes a write beyond the limit fail, so that the reason can be reported. By default the system ends the process with SIGXFSZ.
 pub fn let_writes_fail() {
     #[cfg(unix)]
     {

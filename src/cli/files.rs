@@ -5,9 +5,9 @@ use durometer::scene::{self, read_table};
 use durometer::wording::{first, nearest};
 use std::path::{Path, PathBuf};
 
-/// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`, of the current folder or else of the catalogue.
+/// Finds a scene or study file by its path, its folder, or the name of a folder in `studies/` of the current folder or of the catalogue.
 pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
-    // Joined with a file it would be the one of the current folder
+    // An empty path joined with a file name would be a file of the current folder
     if name.as_os_str().is_empty() {
         return Err(format!(
             "the name of a {file} is empty; give its path, or the name of a folder, such as . of the current one"
@@ -43,17 +43,17 @@ pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
     Err(format!("{word}: there is no such file, and no folder studies/{word}; {hint}"))
 }
 
-/// A file or folder of the user, or else the one of the program that a path `studies/…` or `data/…` names.
+/// Returns a file or folder of the user, or else the one of the program that a path `studies/…` or `data/…` names.
 pub fn brought(path: &Path) -> Result<PathBuf, String> {
     catalogue::brought(path).map_err(|e| e.to_string())
 }
 
-/// Several of them.
+/// Resolves each of several paths as [`brought`] does.
 pub fn all_brought(paths: &[PathBuf]) -> Result<Vec<PathBuf>, String> {
     paths.iter().map(|path| brought(path)).collect()
 }
 
-/// Folders of `studies/` that have this file, sorted.
+/// Returns the sorted names of the folders in `studies/` that contain this file.
 fn names(studies: &Path, file: &str) -> Vec<String> {
     let entries = std::fs::read_dir(studies).into_iter().flatten().flatten();
     let with = entries.filter(|e| e.path().join(file).is_file());
@@ -62,17 +62,17 @@ fn names(studies: &Path, file: &str) -> Vec<String> {
     names
 }
 
-/// A study or a scene, by what the file says. One that cannot be read is taken for a scene, whose reader says why.
+/// Whether the content of a file is that of a study. A file that cannot be read counts as a scene, whose reader reports the reason.
 pub fn is_study(file: &Path) -> bool {
     read_table(file).is_ok_and(|(_, table)| scene::is_study(&table))
 }
 
-/// A study, or else a scene, of this name, for `check` and `mesh`.
+/// Finds a study of this name, or else a scene, for `check` and `mesh`.
 pub fn find_any(name: &Path) -> Result<PathBuf, String> {
     find(name, "study.toml").or_else(|e| find(name, "scene.toml").map_err(|_| e))
 }
 
-/// Makes the folder of the results.
+/// Creates the folder of the results.
 pub fn make_folder(dir: &Path) -> Result<(), String> {
     let remedy = "choose another folder with --out";
     std::fs::create_dir_all(dir).map_err(|e| format!("{}: cannot be made: {e}; {remedy}", dir.display()))
@@ -82,7 +82,7 @@ pub fn make_folder(dir: &Path) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// In a folder with a scene it would be that one.
+    /// In a folder with a scene, an empty name would otherwise find that scene.
     #[test]
     fn an_empty_name_is_refused() {
         for found in [find(Path::new(""), "scene.toml"), find_any(Path::new(""))] {

@@ -34,7 +34,7 @@ Examples:
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names";
 
-/// Examples, the laws that can be fitted with their numbers of terms, and exit codes.
+/// Returns the end of the help: examples, the laws that can be fitted with their numbers of terms, and exit codes.
 fn after_help() -> String {
     let line = |law: &LawEntry, form: &FitForm| {
         let terms =
@@ -51,8 +51,8 @@ fn after_help() -> String {
 
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
 ///
-/// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
-/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual data points.
+/// The table is a CSV file with one column of stretch, strain or displacement and one of stress or force. Units are given in the header, in
+/// card.toml next to it, or by flags. Nothing is changed silently: the audit log lists conversions and unusual data points.
 #[derive(clap::Args)]
 #[command(after_help = after_help())]
 pub struct Args {
@@ -74,10 +74,10 @@ pub struct Args {
     /// Mode to fit: uniaxial, equibiaxial, planar, simple_shear, biaxial; several times, or with commas, to fit several together
     #[arg(long, visible_alias = "modes", value_delimiter = ',', value_parser = asked_mode)]
     mode: Vec<AskedMode>,
-    /// Error that has the same weight in every data point: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
+    /// Error that has the same weight in every data point: one pascal (absolute), one per cent (relative), one standard deviation of its mode (noise)
     #[arg(long, visible_alias = "weighting", default_value = "absolute")]
     weight: Weighting,
-    /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from point to point, by mode]
+    /// Standard deviation of the stress for --weight noise, e.g. "2 kPa" [default: from the point-to-point scatter of each mode]
     #[arg(long)]
     noise: Option<String>,
     /// squares, or huber: outliers have less weight
@@ -86,23 +86,23 @@ pub struct Args {
     /// Stretches over which mooney_rivlin and yeoh are kept stable in every mode [default: fitted modes, fitted range]
     #[arg(long)]
     stable: Option<StretchRange>,
-    /// Poisson's ratio of the law file: tensile data of an incompressible fit do not give it. Of hyperfoam the one of the test, where no lateral strain was
-    /// measured
+    /// Poisson's ratio for the law file, which tensile data do not determine in an incompressible fit. For hyperfoam: Poisson's ratio in the test, if no
+    /// lateral strain was measured
     #[arg(long, conflicts_with = "kappa")]
     nu: Option<f64>,
-    /// Bulk modulus of the law file instead of --nu, e.g. "2 GPa"
+    /// Bulk modulus for the law file instead of --nu, e.g. "2 GPa"
     #[arg(long)]
     kappa: Option<String>,
-    /// Volumetric part of the law file: quadratic, logarithmic, simo_taylor; without it the scene names one
+    /// Volumetric part for the law file: quadratic, logarithmic, simo_taylor; without it the scene must name one
     #[arg(long)]
     volumetric: Option<String>,
-    /// Strain offset of each curve, fitted with the constants: yes, no, or auto, where data points without stress show it
+    /// Whether to fit a strain offset of each curve with the constants: yes, no, or auto (if data points without stress show an offset)
     #[arg(long, default_value = "auto")]
     slack: SlackChoice,
     /// Data card [default: card.toml next to the table]
     #[arg(long)]
     card: Option<PathBuf>,
-    /// Name of the column of strain or stretch, if the table's header does not give it away, or its number such as "#3"
+    /// Name of the column of strain or stretch if the header does not identify it, or its number such as "#3"
     #[arg(long)]
     strain_column: Option<String>,
     /// Name of the column of stress or force
@@ -114,7 +114,7 @@ pub struct Args {
     /// Second stress column of a biaxial test
     #[arg(long)]
     stress_column_2: Option<String>,
-    /// Column of the strain across the load, for hyperfoam
+    /// Column of the strain transverse to the load, for hyperfoam
     #[arg(long)]
     lateral_column: Option<String>,
     /// Unit of that column: % or 1
@@ -132,22 +132,22 @@ pub struct Args {
     /// Unit of the stress column, e.g. MPa, or N of a force
     #[arg(long)]
     stress_unit: Option<String>,
-    /// Decimal mark, where the table does not give it away: point or comma
+    /// Decimal mark, if the table does not determine it: point or comma
     #[arg(long)]
     decimal: Option<Decimal>,
-    /// Which of several tests that stand side by side in the table, counted from 1
+    /// Which of several tests that are next to each other in the table, counted from 1
     #[arg(long, value_name = "N")]
     test: Option<usize>,
     /// Load whose strain and stress the table counts as positive: tension or compression [default: tension, unless a column is called compressive]
     #[arg(long, value_name = "LOAD")]
     positive: Option<Sign>,
-    /// The same of the stress or force alone, where a machine counts strain and force differently, such as a force that is negative in tension
+    /// Load whose stress or force counts as positive, if its sign differs from that of the strain, e.g. a machine whose force is negative in tension
     #[arg(long, value_name = "LOAD")]
     stress_positive: Option<Sign>,
     /// Instrument that measured the strain: crosshead, extensometer, …
     #[arg(long)]
     strain_from: Option<String>,
-    /// Undeformed length that a displacement stretches (in simple shear, the thickness that it shears), e.g. "33 mm"
+    /// Undeformed gauge length of a displacement (in simple shear, the sheared thickness), e.g. "33 mm"
     #[arg(long)]
     gauge_length: Option<String>,
     /// Undeformed width, for a force
@@ -162,11 +162,11 @@ pub struct Args {
     /// Undeformed cross-section, for a force, e.g. "18 mm^2"
     #[arg(long)]
     area: Option<String>,
-    /// Compliance of machine and grips, whose part of the travel is no strain, e.g. "0.002 mm/N"
+    /// Compliance of machine and grips, whose share of the travel is subtracted from the displacement, e.g. "0.002 mm/N"
     #[arg(long)]
     compliance: Option<String>,
-    /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, area_scale, strain_zero, strain_scale,
-    /// compliance, poisson (of hyperfoam); e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
+    /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, area_scale, strain_zero,
+    /// strain_scale, compliance, poisson (for hyperfoam); e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
     #[arg(long, value_name = "ERROR=VALUE")]
     accuracy: Vec<Accuracy>,
     /// Rows of a table that loads and unloads: first-loading, last-loading, a number from 1 on, all [default: first-loading, with a warning]
@@ -186,12 +186,12 @@ pub struct Args {
     threads: Option<usize>,
     #[command(flatten)]
     replace: ReplaceArgs,
-    /// Print fit.json instead of words
+    /// Print fit.json instead of text
     #[arg(long)]
     json: bool,
 }
 
-/// A mode as it was asked for.
+/// A mode as it was requested.
 #[derive(Clone, Copy)]
 struct AskedMode {
     mode: Mode,
@@ -203,7 +203,7 @@ fn asked_mode(word: &str) -> Result<AskedMode, UnknownMode> {
 }
 
 impl Args {
-    /// Refuses flags of one law where all laws are compared.
+    /// Refuses flags that apply to a single law if all laws are compared.
     fn check(&self) -> Result<(), String> {
         let of_one_law = [
             ("--softening", self.softening),
@@ -221,7 +221,7 @@ impl Args {
     }
 }
 
-/// The errors of all flags together; one that is given twice is refused.
+/// Combines the errors of all flags; an error that is given twice is refused.
 fn accuracy(given: Vec<Accuracy>) -> Result<Accuracy, String> {
     given.into_iter().try_fold(Accuracy::default(), |all, one| match one.0.keys().find(|e| all.0.contains_key(e)) {
         Some(error) => Err(format!("--accuracy: the {error} is given twice; keep one of the two")),

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Say what a mesh, surface or CAD file holds, and write a starter scene for it
+/// Describe the content of a mesh, surface or CAD file, and write a starter scene for it
 ///
 /// The format is recognised by the content. A volume mesh is read as a scene would read it; a surface or CAD file is meshed with about 2000 cells, or as few as its shape allows. The starter scene holds the body by a region of the file whose name says so, else at the larger flat end of each component, or its wider end where it has none, and loads it with its weight; its physics is an example that you replace. For a folder every file is imported and its starter scene is run.
 #[derive(clap::Args)]
@@ -57,7 +57,7 @@ pub fn main(args: Args) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// Share of the size of a body below which a coordinate is zero.
+/// Coordinate, relative to the size of the body, below which it is printed as zero.
 const ROUNDING: f64 = 1e-12;
 
 /// Prints the content of the file, before anything is done to it.
@@ -73,7 +73,7 @@ fn content(import: &Import) {
             say!("elements     {}", list(&found.others));
         }
         let (a, b) = found.bounds;
-        // Rounding about zero is none of the size of the body
+        // Coordinates at the rounding level of the body are zero
         let least = ROUNDING * (b - a).norm();
         let corner = |p: Vec3| wording::joined(&[p.x, p.y, p.z].map(|x| if x.abs() < least { 0.0 } else { shown(x) }));
         say!("bounds       ({}) to ({}) in units of the file", corner(a), corner(b));
@@ -100,7 +100,7 @@ fn content(import: &Import) {
     }
 }
 
-/// Prints the mesh as a scene gets it.
+/// Prints the mesh that a scene would get.
 fn mesh(import: &Import, imported: &Imported) {
     let mesh = &imported.body.mesh;
     let quality = Quality::of(mesh);
@@ -134,7 +134,7 @@ fn mesh(import: &Import, imported: &Imported) {
     limits_of_mesh(mesh, &import.spec).iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));
 }
 
-/// Counts and sizes of a region.
+/// Describes a region by its counts and sizes.
 fn extent(mesh: &TetMesh, region: &durometer::mesh::Region) -> String {
     let mut words = Vec::new();
     if !region.cells.is_empty() {
@@ -162,7 +162,7 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_file()).collect();
     files.sort();
-    // A part of the mesh of another file: the nodes of TetGen, the data of XDMF
+    // Companion files of another mesh file are skipped: nodes of TetGen, data of XDMF
     let with = |p: &Path, end: &str| files.contains(&p.with_extension(end));
     let is_part = |p: &PathBuf| {
         p.extension()
@@ -177,7 +177,7 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
         let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let format = recognise(file).map_or("unknown", |f| f.name);
         let tried = Import::of(file, unit, &mut |_| {}).map_err(Into::into).and_then(|import| {
-            // CAD, which states its unit, has no census
+            // CAD files state their unit and have no census
             if unit.is_none() && import.census.is_some() {
                 guessed.entry(import.unit.clone()).or_default().push(name.clone());
             }
@@ -219,7 +219,7 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
     Ok(if bad == 0 { Outcome::Complete } else { Outcome::RunIncomplete })
 }
 
-/// Values of a row of the table, for a file that can be used.
+/// The values of a table row for a file that can be used.
 struct Row {
     mesh: TetMesh,
     components: usize,

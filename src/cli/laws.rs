@@ -29,7 +29,7 @@ pub struct Args {
 enum Action {
     /// List and compare the law files of a folder: constants, intervals, range, stiffness, stability
     List {
-        /// Folder, with its folders
+        /// Folder, searched with its subfolders
         folder: PathBuf,
         /// Print JSON instead of a table
         #[arg(long)]
@@ -45,10 +45,10 @@ enum Action {
         /// Unit of stresses in the other program, e.g. Pa or MPa
         #[arg(long)]
         unit: String,
-        /// Poisson's ratio, where the law file has no bulk modulus
+        /// Poisson's ratio, if the law file has no bulk modulus
         #[arg(long)]
         nu: Option<f64>,
-        /// Volumetric part of the law, where the law file has none: quadratic, logarithmic, simo_taylor
+        /// Volumetric part of the law, if the law file has none: quadratic, logarithmic, simo_taylor
         #[arg(long)]
         volumetric: Option<String>,
         /// File that is written [default: standard output]
@@ -68,7 +68,7 @@ enum Action {
         /// File that is written [default: standard output]
         #[arg(long)]
         out: Option<PathBuf>,
-        /// File of the Prony series, where the material relaxes; the times of the file are in seconds
+        /// File for the Prony series of a viscoelastic material; the times in the input file must be in seconds
         #[arg(long)]
         prony: Option<PathBuf>,
     },
@@ -118,7 +118,7 @@ pub fn main(args: Args) -> CommandResult {
     }
 }
 
-/// A refusal of the constants of a law file, with the flags that add what the file lacks.
+/// Describes why the constants of a law file were refused, with the flags that supply what the file lacks.
 fn with_flags(error: &LawSpecError) -> String {
     match error {
         LawSpecError::NotChosen { choice, .. } if choice.name == "volumetric" => {
@@ -132,7 +132,7 @@ fn with_flags(error: &LawSpecError) -> String {
     }
 }
 
-/// Writes the series of a material that relaxes; refuses a file without a series, and a series without a file.
+/// Writes the Prony series of a viscoelastic material; refuses a file name without a series, and a series without a file name.
 fn write_series(found: &Imported, source: &str, path: Option<&Path>) -> Result<(), Box<dyn std::error::Error>> {
     match path {
         None if found.series.is_empty() => Ok(()),

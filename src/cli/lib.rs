@@ -51,8 +51,8 @@ use std::ffi::OsString;
 
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
 ///
-/// The usual way: `durometer run finger-convergence` simulates a finger on several meshes and writes a report that says
-/// which mesh can be trusted, with what error bar and at what cost. `durometer check FILE` says what a file would do.
+/// To start, `durometer run finger-convergence` simulates a finger on several meshes and writes a report that says
+/// which mesh can be trusted, with what error bar and at what cost. `durometer check FILE` describes what a file would simulate.
 #[derive(Parser)]
 #[command(
     name = "durometer",
@@ -103,7 +103,7 @@ enum Command {
     Worker(worker::Args),
 }
 
-/// Gives the library the studies, bodies and meshes that are packed into this program.
+/// Passes the studies, bodies and meshes that are packed into this program to the library.
 pub fn bring_files() {
     durometer::catalogue::bring(durometer::catalogue::Archive {
         packed: durometer_files::PACKED,
@@ -112,8 +112,8 @@ pub fn bring_files() {
     });
 }
 
-/// Does what the arguments say, of which the first is the name of the program, and returns the exit code. Where the process is no more than the program, a
-/// closed pipe may end it.
+/// Runs the command line, whose first argument is the name of the program, and returns the exit code. If `owns_process`, the process runs nothing else,
+/// and a closed pipe may end it.
 pub fn main(arguments: impl IntoIterator<Item = OsString>, owns_process: bool) -> u8 {
     memory::keep_freed();
     file_size::let_writes_fail();
@@ -137,12 +137,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, owns_process: bool) -
 }
 
 fn dispatch(command: Command, owns_process: bool) -> u8 {
-    // Before any other thread starts: those that are told to stop keep what is finished
+    // Commands that keep finished results when they are stopped listen for signals, before any other thread starts
     if matches!(command, Command::Run(_) | Command::Robustness(_) | Command::Simulate(_) | Command::Plan(_)) {
         interrupt::stop_flag();
         interrupt::set_up(false);
     }
-    // A reader that closes the pipe (`| head`) ends the program quietly; a controller or the process of a case that ends must not.
+    // A reader that closes the pipe (`| head`) ends the program quietly; the end of a controller or of a case's process must not.
     let talks = match &command {
         Command::Simulate(args) => args.control.controller.is_some(),
         Command::Run(_) | Command::Robustness(_) | Command::Worker(_) => true,
@@ -177,7 +177,7 @@ fn dispatch(command: Command, owns_process: bool) -> u8 {
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),
     };
-    // A mesher that the signal has ended is no fault of the input
+    // The failure of a mesher that the signal has ended is not an error in the input
     let result = match result {
         Err(error) if interrupt::was_stopped() => {
             tell!("stopped: {error}");

@@ -1,4 +1,4 @@
-//! Flags of the live view, and its beginning and end.
+//! Start and end of the live view.
 
 use durometer::live::{Board, Listener, LiveError, Relay, Served};
 use durometer::scene::Run;
@@ -7,15 +7,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Time that the process waits for pages to take the last states, when all results are written.
+/// Time that the process waits for pages to fetch the last states after all results have been written.
 const FAREWELL: Duration = Duration::from_secs(3);
 
-/// Opens the port of a live view that is asked for, before anything is computed.
+/// Opens the port of a requested live view, before anything is computed.
 pub fn listen(is_asked: bool, port: u16) -> Result<Option<Listener>, LiveError> {
     if is_asked { Listener::open(port).map(Some) } else { Ok(None) }
 }
 
-/// Says where a live view is; or that there is none, because the system starts no more threads.
+/// Prints the address of the live view, or that there is none because the system cannot start another thread.
 fn announce(address: &str, is_served: bool) {
     match is_served {
         true => tell!("live:    {address} (open it in a browser on this machine)"),
@@ -23,7 +23,7 @@ fn announce(address: &str, is_served: bool) {
     }
 }
 
-/// Serves the cases of a study at one address, as long as the second value lives.
+/// Serves the cases of a study at one address, until the second value is dropped.
 pub fn relay(listener: Listener) -> Option<(Arc<Relay>, Served)> {
     let address = listener.access().address();
     let relay = Relay::serve(listener);
@@ -31,7 +31,7 @@ pub fn relay(listener: Listener) -> Option<(Arc<Relay>, Served)> {
     relay
 }
 
-/// Serves a board, as long as what it returns lives.
+/// Serves a board, until the returned value is dropped.
 pub fn serve(listener: Listener, board: Arc<Board>) -> Option<Served> {
     let address = listener.access().address();
     let served = listener.serve(board);
@@ -39,7 +39,7 @@ pub fn serve(listener: Listener, board: Arc<Board>) -> Option<Served> {
     served
 }
 
-/// Tells the pages how the run has ended, and gives them time to take the last states.
+/// Tells the pages how the run has ended, and gives them time to fetch the last states.
 pub fn end(board: Option<&Board>, run: &Run, stop: &AtomicBool) {
     let Some(board) = board else { return };
     let status = || (run.status != Status::Converged).then(|| run.status.to_string());

@@ -10,9 +10,9 @@ use durometer::study::expand::Study;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Make (or find) the meshes of a scene or study and say how good they are
+/// Make (or find) the meshes of a scene or study and report their quality
 ///
-/// A mesh is found by the hash of its body, size and options; only one that is not stored calls the mesher.
+/// A mesh is found by the hash of its body, size and options; the mesher is only called if it is not stored.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -68,7 +68,7 @@ pub fn main(args: Args) -> CommandResult {
         let when = if body.undeformed.is_some() { ", before [mesh.deform]" } else { "" };
         body.volumes.iter().for_each(|volume| say!("volume       {volume}{when}"));
         body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
-        // The scene says which nodes are held, if nothing is wrong with it
+        // A valid scene says which nodes are held
         let built = Scene::build(&file, scene.clone(), text, body.clone());
         let limits = built.map_or_else(|_| limits_of_mesh(mesh, spec), |scene| limits_of_scene(&scene));
         limits.iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));

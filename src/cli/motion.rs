@@ -37,22 +37,22 @@ pub struct Args {
     /// Files of the same experiment
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Unit of the coordinates, e.g. mm [default: the one that the file states]
+    /// Unit of the coordinates, e.g. mm [default: as stated in the file]
     #[arg(long)]
     unit: Option<String>,
-    /// Unit of the times of a table, e.g. ms [default: the one that the file states, else s]
+    /// Unit of the times of a table, e.g. ms [default: as stated in the file, otherwise s]
     #[arg(long, value_name = "UNIT")]
     time_unit: Option<String>,
-    /// Frames per second, where the file has no times or wrong ones
+    /// Frames per second, if the file has no times or wrong ones
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// Record of a table that holds several
+    /// Name of the record to read from a table with several
     #[arg(long, value_name = "NAME")]
     record: Option<String>,
     /// Three or more markers that move as a rigid body
     #[arg(long, value_name = "MARKERS", value_delimiter = ',')]
     body: Vec<String>,
-    /// Point of the body that is followed, in the held state: '100 mm,0,0' [default: the centroid of its markers]
+    /// Tracked point of the body, in the held state: '100 mm,0,0' [default: the centroid of its markers]
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', requires = "body", allow_hyphen_values = true)]
     at: Vec<String>,
     /// Table of marker positions in the frame of the body, onto which the held state is registered
@@ -61,19 +61,19 @@ pub struct Args {
     /// Window of the held state: '-0.2 s,0 s' [default: the first plateau]
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', allow_hyphen_values = true)]
     held: Vec<String>,
-    /// Window of the final state [default: the plateau that reaches the end]
+    /// Window of the final state [default: the plateau that extends to the end]
     #[arg(long = "final", value_name = "FROM,TO", value_delimiter = ',', allow_hyphen_values = true)]
     last: Vec<String>,
-    /// Departure from the held state that counts as release, e.g. '0.1 mm' [default: five standard deviations]
+    /// Deviation from the held state that counts as release, e.g. '0.1 mm' [default: five standard deviations]
     #[arg(long, value_name = "LENGTH")]
     threshold: Option<String>,
-    /// Curve whose frequency and decay are wanted: displacement_z_m, tip_z_m
+    /// Curve whose frequency and decay are evaluated: displacement_z_m, tip_z_m
     #[arg(long, value_name = "CURVE", requires = "window")]
     ring_down: Option<String>,
-    /// Window of the ring-down, from the release on
+    /// Window of the ring-down, after the release
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', requires = "ring_down", allow_hyphen_values = true)]
     window: Vec<String>,
-    /// Slow motion under the vibration: none, linear, logarithmic
+    /// Slow motion superimposed on the vibration: none, linear, logarithmic
     #[arg(long, default_value = "logarithmic")]
     creep: Creep,
     #[command(flatten)]
@@ -98,7 +98,7 @@ fn draw(args: Args) -> CommandResult {
     let mut found: Vec<Evaluation> = files.iter().map(one).collect::<Result<_, _>>()?;
     let named: Vec<_> = files.iter().map(|f| f.display().to_string()).zip(found.iter().map(|e| &e.tracks)).collect();
     check_distinct(&named)?;
-    // Repeats may have one name in several folders
+    // Repeats in different folders may have the same file name
     let names = numbered(&args.files.iter().map(|f| stem(f)).collect::<Vec<_>>(), "-");
     found.iter_mut().zip(names).for_each(|(evaluation, name)| evaluation.source = name);
     let out = args.out.clone().unwrap_or_else(|| usual_folder(&args.files));
@@ -114,7 +114,7 @@ fn draw(args: Args) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// The folder of the results of these files: several have another one than the first of them alone.
+/// Returns the default folder of the results of these files; several files have a folder different from that of the first file alone.
 fn usual_folder(files: &[PathBuf]) -> PathBuf {
     let first = stem(&files[0]);
     let name = match files.len() - 1 {
@@ -128,7 +128,7 @@ fn stem(file: &Path) -> String {
     file.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned())
 }
 
-/// Writes curves, figures, tables and the paper of these files, each under the name in its evaluation, and returns the audit with the tables in words.
+/// Writes curves, figures, tables and the paper of these files, each under the name in its evaluation, and returns the audit with the tables as text.
 fn write(folder: &Path, files: &[PathBuf], found: &[Evaluation]) -> Result<String, Box<dyn std::error::Error>> {
     output::folder(&folder.join("figures"))?;
     let (mut audit, mut figures) = (String::new(), vec![]);
@@ -199,7 +199,7 @@ fn request(args: &Args) -> Result<MotionRequest, Box<dyn std::error::Error>> {
     })
 }
 
-/// Three lengths; a zero needs no unit.
+/// Parses three lengths; a zero needs no unit.
 fn point(texts: &[String]) -> Result<Option<Vec3>, Box<dyn std::error::Error>> {
     let length = |text: &String| match text.trim().parse::<f64>() {
         Ok(0.0) => Ok(0.0),

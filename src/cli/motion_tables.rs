@@ -6,18 +6,18 @@ use durometer::motion::{Evaluation, MotionError};
 use durometer::report::numbers::digits;
 use durometer::report::table::{Table, headings, quoted};
 
-/// Factor to the unit in which a curve is printed, and the unit.
+/// Returns the unit in which a curve is printed, and the factor that converts to it.
 fn printed(name: &str) -> (f64, &'static str) {
     if name.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") }
 }
 
-/// A number with so many decimals, and no sign of a zero.
+/// Formats a number with `digits` decimals; zero has no sign.
 fn decimals(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) { text.replace('-', "") } else { text }
 }
 
-/// Held and final mean of every curve, the change between them, and the drift of the final state.
+/// Builds the table of the held and final mean of every curve, the change between them, and the drift of the final state.
 pub fn states(found: &[Evaluation]) -> Table {
     let mut rows = vec![];
     for evaluation in found {
@@ -62,7 +62,7 @@ pub fn states(found: &[Evaluation]) -> Table {
     }
 }
 
-/// Frequency and decay with their intervals.
+/// Builds the table of frequency and decay with their intervals.
 pub fn ring_downs(found: &[Evaluation]) -> Table {
     let row = |e: &Evaluation| {
         let (at, r) = e.ring_down.as_ref()?;
@@ -103,7 +103,7 @@ pub fn ring_downs(found: &[Evaluation]) -> Table {
     }
 }
 
-/// Changes, frequency and decay, pooled over the files that have them; no row of one file.
+/// Builds the table of changes, frequency and decay, pooled over the files that have them; it has no rows if there is only one file.
 pub fn repeats(found: &[Evaluation]) -> Result<Table, MotionError> {
     let mut rows = vec![];
     let mut add = |name: &str, unit: &str, values: Vec<f64>| -> Result<(), MotionError> {
@@ -150,7 +150,7 @@ pub fn repeats(found: &[Evaluation]) -> Result<Table, MotionError> {
     })
 }
 
-/// All curves in one table, one row per time and curve.
+/// Writes all curves into one CSV table, one row per time and curve.
 pub fn curves(evaluation: &Evaluation) -> String {
     let mut out = String::from("curve,t_s,value,samples\n");
     for c in &evaluation.curves {
@@ -162,7 +162,7 @@ pub fn curves(evaluation: &Evaluation) -> String {
     out
 }
 
-/// A table in columns of equal width.
+/// Formats a table as text with aligned columns.
 pub fn text(table: &Table) -> String {
     let heading = |(name, unit, _): &(String, String, bool)| {
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }

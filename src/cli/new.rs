@@ -5,7 +5,7 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::study::starters::{STARTERS, create};
 use std::path::{Path, PathBuf};
 
-/// Make a project folder with a scene, a study and a page that tells what to do next
+/// Make a project folder with a scene, a study and a page that explains what to do next
 ///
 /// NAME is a starter (finger, pneunet, gripper), or a mesh, surface or CAD file: the body is then held at one end under its own weight, and the values to be replaced are marked. The project runs as it is.
 #[derive(clap::Args)]
@@ -18,7 +18,7 @@ Examples:
 pub struct Args {
     /// Name of a starter, or a file
     name: Option<String>,
-    /// Folder of the project [default: called as the starter or the file]
+    /// Folder of the project [default: named after the starter or the file]
     folder: Option<PathBuf>,
     /// Unit of length of the file, instead of a guess from the size
     #[arg(long)]

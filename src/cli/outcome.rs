@@ -1,12 +1,12 @@
-//! How a command ended, and its exit code.
+//! How a command ended, and the corresponding exit code.
 
-/// End of a command, or the error that ended it: refused input, or a file that cannot be read or written.
+/// The outcome of a command, or the error that ended it: refused input, or a file that cannot be read or written.
 pub type CommandResult = Result<Outcome, Box<dyn std::error::Error>>;
 
-/// End of a command that ran.
+/// The outcome of a command that ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Everything that was asked for is done, and its result can be used
+    /// Everything requested is done, and its result can be used
     Complete,
     /// `doctor`: something that new meshes need is missing on this machine
     NotReady,
@@ -18,16 +18,16 @@ pub enum Outcome {
     NotWithinBudget,
     /// `store`: some stored result is damaged, or differs from that of an archive
     NotSound,
-    /// `compare`: a value changed beyond its error bar, the verdict changed, or a case is gone or converges no longer
+    /// `compare`: a value changed beyond its error bar, the verdict changed, or a case is missing or no longer converges
     ChangedBeyondBars,
     /// `fit`: the data do not determine the constants
     NotDetermined,
 }
 
-/// Exit code where the standard output could not be written, however the command ended.
+/// Exit code if the standard output could not be written, however the command ended.
 pub const UNWRITTEN: u8 = 2;
 
-/// Exit code of a command: 0 done, 2 refused or not ready, 3 ran without a complete result.
+/// Returns the exit code of a command: 0 done, 2 refused or not ready, 3 ran without a complete result.
 pub fn exit_code(result: &CommandResult) -> u8 {
     match result {
         Ok(Outcome::Complete) => 0,

@@ -12,11 +12,11 @@ use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use std::path::PathBuf;
 
-/// Say which mesh, element and time step meet a tolerance within a time
+/// Find the mesh, element and time step that meet a tolerance within a time budget
 ///
-/// Coarse pilots of every element take a quarter of the budget, or up to a half; errors and times are fitted to them. The answer names the
-/// setting, its expected error and time, and what cannot be promised. Of a volume mesh or grid the size is given: formulations and
-/// steps are weighed. Writes plan.json.
+/// Coarse pilot runs with every element take a quarter of the budget, or up to a half; models of error and time are fitted to them. The answer names the
+/// setting, its expected error and time, and what cannot be guaranteed. For a volume mesh or grid, whose size is given, only formulations and
+/// steps are compared. Writes plan.json.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,13 +32,13 @@ pub struct Args {
     /// Largest error of a peak
     #[arg(long, value_name = "SHARE")]
     tolerance: String,
-    /// Time by the clock for meshes, pilots and the run that is advised together
+    /// Wall-clock time for meshes, pilots and the recommended run together
     #[arg(long, value_name = "TIME")]
     budget: String,
-    /// Recorded column that is judged, several times [default: every recorded angle and cable tension]
+    /// Recorded column that is judged; may be repeated [default: every recorded angle and cable tension]
     #[arg(long, value_name = "COLUMN")]
     quantity: Vec<String>,
-    /// Make the run that is advised, and say how good the prediction was
+    /// Make the recommended run, and report how good the prediction was
     #[arg(long)]
     run: bool,
     /// Folder of plan.json [default: reports/plan-<scene>]
@@ -49,12 +49,12 @@ pub struct Args {
     /// Change a key, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Print plan.json instead of progress and words
+    /// Print plan.json instead of progress and text
     #[arg(long)]
     json: bool,
 }
 
-/// Bars, and the lines of the mesher.
+/// Shows progress bars and the output of the mesher.
 struct Shown(Bars);
 
 impl PlanWatch for Shown {
@@ -92,7 +92,7 @@ pub fn main(args: Args) -> CommandResult {
     let shown = Shown(Bars::new(args.json));
     let name = request.file.parent().and_then(|p| p.file_name()).map_or("scene".into(), |n| n.to_string_lossy());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("plan-{name}")));
-    // Before the pilots, which take their time
+    // Checked before the pilots, which take a long time
     let results = args.replace.check(&out, "plan", args.set.join(", "), std::slice::from_ref(&request.file))?;
     let made = plan(&request, &shown).and_then(|mut planned| {
         if args.run {

@@ -17,27 +17,27 @@ const TICKS: u64 = 1000;
 pub struct Bars {
     multi: MultiProgress,
     bars: Mutex<HashMap<String, ProgressBar>>,
-    /// Finished cases of a study, below the running ones
+    /// The line of the finished cases of a study, below the running ones
     total: Option<Total>,
     silent: bool,
-    /// Shows a case that runs in a browser
+    /// Shows a running case in a browser
     pub relay: Option<Arc<Relay>>,
 }
 
-/// The line of all cases.
+/// The line for all cases together.
 struct Total {
     bar: ProgressBar,
     left: Mutex<Left>,
 }
 
-/// The time left of all cases. It is known when their meshes are there, that is when the first of them begins or is kept.
+/// The remaining time of all cases. It is known once their meshes exist, that is, when the first case begins or is taken from the store.
 enum Left {
     Unknown(Box<dyn FnOnce() -> TimeLeft + Send>),
     Known {
         left: TimeLeft,
         shown: Instant,
     },
-    /// Between the two
+    /// Placeholder while the estimate is being made
     Begins,
 }
 
@@ -50,7 +50,7 @@ impl Total {
         };
     }
 
-    /// Takes a change into account, and shows the time at most once a second.
+    /// Applies a change to the estimate, and shows the time at most once a second.
     fn change(&self, change: impl FnOnce(&mut TimeLeft)) {
         if let Left::Known { left, shown } = &mut *locked(&self.left) {
             change(left);
@@ -68,7 +68,7 @@ impl Bars {
         Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), total: None, silent, relay: None }
     }
 
-    /// Bars with a line for all cases; `left` is called on a terminal only.
+    /// Creates bars with a line for all cases; `left` is called only on a terminal.
     pub fn of(cases: usize, silent: bool, left: impl FnOnce() -> TimeLeft + Send + 'static) -> Self {
         let mut bars = Self::new(silent);
         if !silent && !bars.multi.is_hidden() {

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 /// Fit a Prony series to relaxation, creep, loading or dynamic data (CSV) and write prony.toml, which a scene can include
 ///
-/// The number of terms is chosen by what the data show, and every share and time has a 95 % interval. The duration of the loading is taken
+/// The number of terms is chosen from the data, and every modulus ratio and time has a 95 % interval. The duration of the loading is taken
 /// into account.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -38,7 +38,7 @@ pub struct Args {
     /// Duration of the loading at a constant rate before the hold, e.g. "0.5 s"; "0 s" for an ideal step
     #[arg(long, value_name = "TIME")]
     ramp: Option<String>,
-    /// Time in the table at which the loading begins, "12 s" of a logger [default: 0 s, if the data begin soon after the loading]
+    /// Time in the table at which the loading begins, e.g. "12 s" on a logger's clock [default: 0 s, if the data begin soon after the loading]
     #[arg(long, value_name = "TIME")]
     start: Option<String>,
     /// Held stress of a creep test, for moduli in pascals
@@ -50,10 +50,10 @@ pub struct Args {
     /// Number of terms [default: by the Bayesian information criterion]
     #[arg(long, conflicts_with_all = ["times", "per_decade"])]
     terms: Option<usize>,
-    /// Times of the terms, e.g. '0.1 s,1 s,10 s' (of a creep test retardation times)
+    /// Times of the terms, e.g. '0.1 s,1 s,10 s' (for a creep test, retardation times)
     #[arg(long, value_delimiter = ',', conflicts_with = "per_decade")]
     times: Vec<String>,
-    /// Times spaced evenly, so many in each decade of the data
+    /// Number of logarithmically spaced times in each decade of the data
     #[arg(long, value_name = "N")]
     per_decade: Option<usize>,
     /// Name of a column, or its number: time=t, stress='#3'; contents: time, strain, stress, frequency, storage, loss, tan_delta
@@ -67,7 +67,7 @@ pub struct Args {
     out: Option<PathBuf>,
     #[command(flatten)]
     replace: ReplaceArgs,
-    /// Print prony.json instead of words
+    /// Print prony.json instead of text
     #[arg(long)]
     json: bool,
 }

@@ -5,7 +5,8 @@ use durometer::mesh::Region;
 use durometer::scene::Scene;
 use durometer::wording::few;
 
-/// A line for each region that is shown: nodes, facets, cells, area and volume. Those of the file come last, and a line for the numbered faces that are left out.
+/// Returns a line for each region that is shown, with its nodes, facets, cells, area and volume. Regions of the file come last, followed by one line for
+/// the numbered faces that are left out.
 pub fn table(scene: &Scene) -> String {
     let mesh = &scene.body.mesh;
     let row = |name: &str, region: &Region| {

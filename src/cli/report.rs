@@ -10,7 +10,7 @@ use durometer::study::report::Summary;
 use durometer::wording::few;
 use std::path::{Path, PathBuf};
 
-/// Draw the report of a study, a fit or a comparison of fits again from its stored results
+/// Redraw the report of a study, a fit or a comparison of fits from its stored results
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed.\n\nExit codes: 0 done, 2 bad input, 3 a stored file of a study is missing or not the one that was stored, or a study has no result, such as a reduced model."
@@ -21,7 +21,8 @@ pub struct Args {
     dir: PathBuf,
     #[command(flatten)]
     style: StyleArgs,
-    /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json, of a Prony series: prony.json, of softening: mullins.json, of a change of volume: volume.json)
+    /// Print summary.json (for a fit: fit.json, a comparison of all laws: compare.json, a Prony series: prony.json, softening: mullins.json, a change of
+    /// volume: volume.json)
     #[arg(long)]
     json: bool,
 }
@@ -59,7 +60,8 @@ fn redraw(args: Args) -> CommandResult {
     Ok(sound)
 }
 
-/// Draws the report of a folder with a fit of any kind, and lists its files. Returns the name of the stored result and the answer in words; none where it holds no fit.
+/// Draws the report of a folder with a fit of any kind, and lists its files. Returns the path of the stored result and the answer as text; `None` if the
+/// folder holds no fit.
 fn fit(dir: &Path) -> Result<Option<(PathBuf, String)>, Box<dyn std::error::Error>> {
     let writing = Writing::begin();
     let drawn = if report::fit::is_comparison(dir) {
@@ -76,7 +78,7 @@ fn fit(dir: &Path) -> Result<Option<(PathBuf, String)>, Box<dyn std::error::Erro
     Ok(Some(drawn))
 }
 
-/// Names the stored files that are not sound, and the results that do not count.
+/// Prints the damaged stored files and the results that do not count.
 pub fn soundness(summary: &Summary) -> Outcome {
     summary.damaged.iter().for_each(|fact| tell!("damaged: {fact}"));
     match &summary.outdated[..] {

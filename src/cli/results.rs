@@ -1,9 +1,9 @@
-//! Folders in which a command writes its results alone.
+//! Result folders that belong to a single command.
 
 use durometer::storage::results::{Results, ResultsError, Subject};
 use std::path::{Path, PathBuf};
 
-/// Flag of the commands with such a folder.
+/// The flag of commands that write into a result folder of their own.
 #[derive(clap::Args)]
 pub struct ReplaceArgs {
     /// Replace results of another command or of other input in the folder of the results
@@ -12,8 +12,8 @@ pub struct ReplaceArgs {
 }
 
 impl ReplaceArgs {
-    /// The folder for the results of a command of these files, unless it holds others that are to stay. `choice` tells apart the results that the
-    /// command can find in the same files.
+    /// Checks that the results of a command on these files may be written into the folder; other results there are only replaced with `--replace`.
+    /// `choice` distinguishes different results that the command can compute from the same files.
     pub fn check(
         &self,
         out: &Path,

@@ -7,9 +7,9 @@ use durometer::study::expand::Study;
 use durometer::study::kind::StudyScope;
 use std::path::{Path, PathBuf};
 
-/// Map where a scene holds: its answers over time step, load, Poisson's ratio, mesh and start
+/// Map where a scene gives correct answers over time step, load, Poisson's ratio, mesh and start
 ///
-/// Every answer is compared with that of the smallest time step. Without a scene, the study hard-cases is run: scenes that
+/// Every answer is compared with the answer at the smallest time step. Without a scene, the study hard-cases is run: scenes that
 /// break simulators. The study of a scene is called robustness-<scene>.
 #[derive(clap::Args)]
 #[command(after_help = "\

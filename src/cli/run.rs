@@ -24,9 +24,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Run a study: every case that has no result yet, then the report
+/// Run a study: every case without a result, then the report
 ///
-/// Ctrl-C keeps what is finished; the next run goes on from there. A case is run again when its scene, a file
+/// Ctrl-C keeps what is finished; the next run continues from there. A case is run again when its scene, a file
 /// that it names, its mesh, or the build of this program has changed.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -48,18 +48,18 @@ pub struct Args {
     /// Change a key of every scene, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Write fields of every case for ParaView (VTU, PVD; Warp By Vector deforms them) into cases/<id>/; runs also what is done without them
+    /// Write fields of every case for ParaView (VTU, PVD; Warp By Vector deforms them) into cases/<id>/; cases that are done without fields are run again
     #[arg(long)]
     vtu: bool,
-    /// Where the evidence supports no verdict, add the mesh that the report asks for and run it; extension.toml in the folder of
-    /// the results keeps it
+    /// If the evidence supports no verdict, add the mesh that the report asks for and run it; it is kept in extension.toml in the folder of
+    /// the results
     #[arg(long, conflicts_with_all = ["only", "partition", "batch"])]
     extend: bool,
-    /// Show a case in a browser while it runs: serves a page on this machine alone (127.0.0.1), at an address with a token that is printed. Of
-    /// several cases it is the one that has run longest; load the page again when it has ended. The page pauses the case, in time that does not count
+    /// Show a case in a browser while it runs: serves a page on this machine only (127.0.0.1), at a printed address with a token. Of several cases, the
+    /// one that has run longest is shown; reload the page when it has ended. The page can pause the case; pauses do not count as run time
     #[arg(long)]
     live: bool,
-    /// Port of the live view; 0 is a free one
+    /// Port of the live view; 0 takes a free port
     #[arg(long, value_name = "N", default_value_t = 0, requires = "live")]
     port: u16,
     #[command(flatten)]
@@ -107,19 +107,19 @@ pub fn main(args: Args) -> CommandResult {
     execute(&Study::read_with_added(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?.tell(&how, &args.study)
 }
 
-/// How a study is run, from the command line.
+/// Options of the command line on how a study is run.
 #[derive(clap::Args)]
 pub struct How {
     /// Folder of the results [default: reports/<study>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]; where fewer are left, a case uses several threads
+    /// Cases that run at the same time [default: one per core; use 1 for undisturbed costs]; if fewer are left, a case uses several threads
     #[arg(long, value_parser = super::arguments::threads)]
     jobs: Option<usize>,
-    /// Memory that the cases may take together, e.g. "8 GB" [default: 90 % of what is available]; a case waits until it fits
+    /// Memory that the cases may take together, e.g. "8 GB" [default: 90 % of the available memory]; a case waits until it fits
     #[arg(long, value_parser = super::arguments::memory)]
     memory: Option<u64>,
-    /// Run also what is done
+    /// Also rerun cases that are done
     #[arg(long)]
     redo: bool,
     /// Keep results of the same inputs that another build of this program computed; the report names them
@@ -128,10 +128,10 @@ pub struct How {
     /// Only cases whose id contains this text
     #[arg(long, value_name = "CASE")]
     only: Option<String>,
-    /// Only the cases of the K-th of N parts, by the hash of their ids; several runs into one folder share a study. No report is written
+    /// Only the cases of the K-th of N parts, by the hash of their ids, so that several runs into one folder can share a study. No report is written
     #[arg(long, value_name = "K/N", conflicts_with = "only")]
     partition: Option<Partition>,
-    /// Only the cases of the K-th line of FILE, ids with spaces between them: a task of a scheduler. No report is written
+    /// Only the cases on the K-th line of FILE, ids separated by spaces: a task of a scheduler. No report is written
     #[arg(long, value_name = "FILE:K", conflicts_with_all = ["only", "partition"])]
     batch: Option<String>,
     /// Print summary.json instead of progress
@@ -140,13 +140,13 @@ pub struct How {
 }
 
 impl How {
-    /// Folder of the results of a study of this name.
+    /// Returns the folder of the results of a study of this name.
     fn dir(&self, study: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("reports").join(study))
     }
 
-    /// The same of the study of this file. A folder is refused where it holds the results of another command, the usual one also where they are of another study of the
-    /// same name.
+    /// Returns the folder of the results of the study `study` in this file. A folder with the results of another command is refused; the default folder
+    /// is also refused if it holds results of another study of the same name.
     pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, HeldError> {
         let dir = self.dir(study);
         check_folder(&dir, file, self.out.is_none())?;
@@ -158,7 +158,7 @@ impl How {
         check(study, &self.dir(&study.name))
     }
 
-    /// The cases that are asked for, where not all of them are.
+    /// Returns the selected cases; `None` if all are selected.
     fn only(&self, study: &Study) -> Result<Option<Only>, batches::BatchError> {
         if let Some(batch) = &self.batch {
             let known = study.cases.iter().map(|c| c.id.as_str()).collect();
@@ -175,7 +175,7 @@ pub struct Done {
     records: Vec<CaseRecord>,
 }
 
-/// Of a part of a study that looks for further cases.
+/// Ending of the message on a part of a study that searches for further cases.
 const SEARCH_WAITS: &str =
     "; the search for further cases waits for a run of the study without --partition, once all parts are done";
 
@@ -187,17 +187,17 @@ enum End {
         part: Only,
         /// Cases of this part that wait for the results of others
         waiting: usize,
-        /// Whether cases are to follow from the results of all parts
+        /// Whether further cases may follow from the results of all parts
         searching: bool,
         /// Whether a case that did not converge is a result of its own
         keep_refusals: bool,
     },
-    /// All cases broke, and have earlier results of other inputs
+    /// All cases crashed, and have earlier results of other inputs
     NoResult,
     Report(Box<Summary>),
 }
 
-/// Runs the cases of a study, with fields for ParaView where `vtu` asks for them and a live view where there is a relay, and writes its report.
+/// Runs the cases of a study, with fields for ParaView if `vtu` is set and a live view if there is a relay, and writes its report.
 pub fn execute(
     study: &Study,
     how: &How,
@@ -218,7 +218,7 @@ pub fn execute(
         stop,
     };
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
-    // Beyond one for each case only cores that are there are of use: a case takes several where few are left
+    // More jobs than cases are only useful up to the number of cores: a case takes several threads if few cases are left
     options.jobs = options.jobs.min(wanted.max(threads::available()));
     let jobs = options.jobs;
     let (expected, only, at) = (study.clone(), options.only.clone(), dir.clone());
@@ -237,7 +237,7 @@ pub fn execute(
         }
         None => match report::write_report(&dir) {
             Ok(summary) => End::Report(summary.into()),
-            // No case has a result that counts: what has broken is said, with earlier results in its place
+            // No case has a result that counts: the crashed cases are reported, and that earlier results are in their place
             Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => End::NoResult,
             Err(why) => return Err(why.into()),
         },
@@ -249,7 +249,7 @@ pub fn execute(
     Ok(Done { dir, end, records })
 }
 
-/// The message on the results that a stopped run leaves, of which it has taken and is to take that many cases.
+/// Returns the message on the results that a stopped run leaves, after `taken` of the `wanted` cases.
 fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): (usize, usize)) -> String {
     let counts = |state| state == State::Stored || (options.accept_build && state == State::OtherBuild);
     let is_kept = |c: &Listed| options.wants(&c.id) && counts(c.state);
@@ -264,7 +264,7 @@ fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): 
 }
 
 impl Done {
-    /// Prints the verdict, or `summary.json`, and names the cases that are not complete. A command of the verdict is that of the study as it was given.
+    /// Prints the verdict, or `summary.json`, and names the incomplete cases. Commands in the verdict name the study as `study`, the path that was given.
     pub fn tell(&self, how: &How, study: &Path) -> CommandResult {
         let failed = |only_broken: bool| -> Vec<String> {
             let has_failed = |r: &&CaseRecord| if only_broken { r.broke() } else { !r.converged() };

@@ -5,7 +5,7 @@ use durometer::study::schema::{Described, SCHEMAS};
 
 /// Print the JSON Schema of a file, so that editors complete and check its keys
 ///
-/// A line `#:schema ./scene.schema.json` at the head of a TOML file names its schema to editors; projects of `durometer new` have one.
+/// A line `#:schema ./scene.schema.json` at the top of a TOML file tells editors its schema; projects of `durometer new` have one.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -1,22 +1,22 @@
-//! The regions of a scene that are shown one by one: of many, the numbered faces of an import only where the scene names them.
+//! The regions of a scene that are shown one by one. If there are many, numbered faces of an import are shown only if the scene names them.
 
 use durometer::mesh::Region;
 use durometer::scene::Scene;
 
-/// Regions from which on only faces that the scene names are shown.
+/// Number of regions from which on only faces that the scene names are shown.
 const MANY: usize = 12;
 
-/// The number of a face that an import has named, also as that of a part: 12 of `face_12` and of `lower.face_12`.
+/// Returns the number of a face that was named by an import, also within a part: 12 for `face_12` and `lower.face_12`.
 pub fn number_of_face(name: &str) -> Option<u32> {
     name.rsplit('.').next()?.strip_prefix("face_")?.parse().ok()
 }
 
-/// Whether a region is a whole body or its skin, also of a part.
+/// Whether a region is the whole body or skin, also of a part.
 pub fn is_whole(name: &str) -> bool {
     name.rsplit('.').next().is_some_and(|end| ["body", "skin"].contains(&end))
 }
 
-/// Regions with their names, those that are shown and those that are left out.
+/// Returns the named regions that are shown, and those that are left out.
 pub fn shown(scene: &Scene) -> [Vec<(&String, &Region)>; 2] {
     let is_named = |name: &str| scene.text.contains(&format!("\"{name}\""));
     let all = scene.regions.iter();

@@ -1,21 +1,21 @@
-//! The standard output: all commands write to it by `say!`, and an output that cannot be written is an error at the end of the command.
+//! The standard output, to which all commands print with `say!`. A failure to write is reported as an error at the end of the command.
 //!
-//! A command goes on meanwhile, so that the files of its results are written all the same.
+//! Until then the command continues, so that the files of its results are written anyway.
 
 use durometer::math::threads::locked;
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
 use std::sync::Mutex;
 
-/// Why the standard output could not be written, the first time.
+/// The first failure to write to the standard output.
 static FAILURE: Mutex<Option<String>> = Mutex::new(None);
 
-/// Prints a line, like `println!`, which panics where it cannot.
+/// Prints a line like `println!`, but does not panic if it cannot be written.
 macro_rules! say {
     ($($text:tt)*) => { $crate::stdout::line(format_args!($($text)*)) };
 }
 
-/// The standard output, whose failure is kept.
+/// The standard output; its first failure is recorded.
 pub struct Output;
 
 impl Write for Output {
@@ -28,12 +28,12 @@ impl Write for Output {
     }
 }
 
-/// Writes one line.
+/// Writes one line to the standard output.
 pub fn line(text: Arguments) {
     Output.write_all(format!("{text}\n").as_bytes()).ok();
 }
 
-/// The same result, of which the first failure is kept. A reader that has closed the pipe has what it wants.
+/// Returns `result` unchanged and records the first failure. A closed pipe does not count as a failure, because its reader has what it wants.
 pub fn kept<T>(result: io::Result<T>) -> io::Result<T> {
     result.inspect_err(|error| {
         if !matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Interrupted) {
@@ -42,12 +42,12 @@ pub fn kept<T>(result: io::Result<T>) -> io::Result<T> {
     })
 }
 
-/// Writes what is not written yet, and says why something could not be written.
+/// Flushes the standard output; returns an error if something could not be written.
 pub fn end() -> Result<(), String> {
     Output.flush().ok();
     let failure = locked(&FAILURE).take();
     let Some(failure) = failure else { return Ok(()) };
-    // Without the number of the system
+    // Without the system's error number
     let fact = failure.split(" (os error").next().unwrap_or_default();
     Err(format!("the standard output cannot be written: {fact}; redirect it to where there is room; files are written"))
 }

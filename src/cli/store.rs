@@ -8,7 +8,7 @@ use durometer::study::store::upkeep::{clean, verify};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Keep a folder of results: verify it, clean it, move it to another machine
+/// Maintain a folder of results: verify it, clean it, move it to another machine
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -31,7 +31,7 @@ enum Command {
     Import(ImportArgs),
 }
 
-/// Compare every stored file with the digest that was stored with it, and name those that differ
+/// Compare every stored file with its stored digest, and name those that differ
 #[derive(clap::Args)]
 struct VerifyArgs {
     /// Folder of the results
@@ -41,17 +41,17 @@ struct VerifyArgs {
     json: bool,
 }
 
-/// Remove what belongs to no case of the study, and what killed runs have left
+/// Remove files that belong to no case of the study, and leftovers of killed runs
 ///
-/// Files that this program does not know are named and stay.
+/// Unknown files are listed and kept.
 #[derive(clap::Args)]
 struct GcArgs {
     /// Folder of the results
     dir: PathBuf,
-    /// Name what would be removed, and remove nothing
+    /// List what would be removed, and remove nothing
     #[arg(long)]
     dry_run: bool,
-    /// Half-written files, locks and records that were set aside are removed when nothing has changed them for this time
+    /// Age after the last change at which half-written files, locks and set-aside records are removed
     #[arg(long, value_name = "TIME", default_value = "60 min")]
     older_than: String,
     /// Print an object with `removed` and `unknown`
@@ -68,20 +68,20 @@ struct ExportArgs {
     archive: PathBuf,
 }
 
-/// Merge the results of an archive into a folder, after all of it was verified
+/// Merge the results of an archive into a folder, after verifying all of it
 #[derive(clap::Args)]
 struct ImportArgs {
     /// Archive that `durometer store export` has written
     archive: PathBuf,
-    /// Folder of the results; it is made if need be
+    /// Folder of the results; it is created if it does not exist
     dir: PathBuf,
-    /// Where both have a result of a case and these differ, take that of the archive, with its study
+    /// If results of a case differ, take that of the archive, with its study
     #[arg(long)]
     replace: bool,
     /// Largest size of the unpacked archive in GiB
     #[arg(long, value_name = "GIB", default_value = "64")]
     limit: u64,
-    /// Print an object with `added`, `kept`, `replaced`, `conflicts`, and `removed` where there is something
+    /// Print an object with `added`, `kept`, `replaced`, `conflicts`, and, if not empty, `removed`
     #[arg(long)]
     json: bool,
 }
@@ -105,7 +105,7 @@ fn verified(args: &VerifyArgs) -> CommandResult {
     Ok(told(&found.damaged))
 }
 
-/// Names the damaged files.
+/// Prints the damaged files.
 fn told(damaged: &[Unsound]) -> Outcome {
     for Unsound { file, fact } in damaged {
         tell!("damaged: {file}: {fact}; run the study again, the other cases are kept");

@@ -5,9 +5,9 @@ use durometer::catalogue::host;
 use durometer::mesh::generate::MeshStore;
 use durometer::study::shipped::{Shipped, shipped};
 
-/// List the studies and scenes that the program brings
+/// List the studies and scenes that come with the program
 ///
-/// Each is known by its name to every command, such as `durometer run finger-convergence`. A folder `studies` in the current folder comes first.
+/// Every command accepts their names, e.g. `durometer run finger-convergence`. A folder `studies` in the current folder takes precedence.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

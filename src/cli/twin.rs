@@ -18,9 +18,9 @@ use std::time::Instant;
 
 /// Step a reduced model: inputs as lines of JSON on standard input, quantities with their error bars on standard output
 ///
-/// The file is made by a study of kind "reduction". The first line that is printed names the inputs with their ranges and present values, and the quantities.
-/// Each line that is read gives inputs in SI, those that change, or target values of quantities, for which the inputs that drive are searched within their
-/// ranges; its answer is one line. A model that moves takes one step in time for each line.
+/// The file is made by a study of kind "reduction". The first output line lists the inputs with their ranges and present values, and the quantities.
+/// Each input line gives the inputs that change, in SI, or target values of quantities, for which the driving inputs are searched within their
+/// ranges; the answer is one line. A model that moves takes one step in time for each line.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -36,17 +36,17 @@ Exit codes: 0 done, 2 bad input, 3 stopped where an error bar was above the tole
 pub struct Args {
     /// A reduced model, .durom
     file: PathBuf,
-    /// Largest error bar that is accepted, as a share of the largest change in the training runs, e.g. 1%; answers say whether it is kept
+    /// Largest accepted error bar, relative to the largest change in the training runs, e.g. 1%; answers say whether it is met
     #[arg(long, value_name = "SHARE", value_parser = share)]
     tolerance: Option<f64>,
-    /// End where an error bar is above the tolerance, an input beyond its range, or the model without an answer
+    /// End if an error bar exceeds the tolerance, an input is out of range, or the model has no answer
     #[arg(long, requires = "tolerance")]
     stop: bool,
-    /// The scene of the study that made the model: where an error bar is above the tolerance, or an input beyond its range, the answer is that of the full
+    /// Scene of the study that made the model: if an error bar exceeds the tolerance or an input is out of range, the answer comes from the full
     /// model ("by": "full")
     #[arg(long, value_name = "SCENE", requires = "tolerance", conflicts_with = "stop")]
     full: Option<PathBuf>,
-    /// Read lines from connections to this port of the loopback interface, one connection after another, instead of standard input; 0 takes a free port
+    /// Read lines from connections to this port of the loopback interface, one at a time, instead of standard input; 0 takes a free port
     #[arg(long, value_name = "PORT")]
     listen: Option<u16>,
 }
@@ -56,10 +56,10 @@ fn share(text: &str) -> Result<f64, String> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err("give a positive share, for example 1%".into()) }
 }
 
-/// Share of the size of a quantity within which a target is met.
+/// Relative tolerance of a target, by the size of its quantity.
 const MET: f64 = 1e-4;
 
-/// Bytes of the longest line that is read.
+/// Length limit of a line \[bytes\].
 const LONGEST_LINE: u64 = 1 << 20;
 
 pub fn main(args: &Args) -> CommandResult {
@@ -78,7 +78,7 @@ pub fn main(args: &Args) -> CommandResult {
     }
 }
 
-/// A reduced model, and the full one behind it where there is one.
+/// A reduced model, and the full model that corrects it, if there is one.
 struct Models {
     twin: Twin,
     fallback: Option<Fallback>,
@@ -87,14 +87,14 @@ struct Models {
 }
 
 impl Models {
-    /// The reduced model back to rest.
+    /// Returns the reduced model to rest.
     fn reset(&mut self) {
         self.twin.reset();
         self.inputs.copy_from_slice(self.twin.inputs());
     }
 }
 
-/// Serves one connection after another, each with the model at rest; ends where an answer is not trusted and `--stop` is given.
+/// Serves one connection after another, each starting with the model at rest; with `--stop` it ends at an answer that is not trusted.
 fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     let refused =
         |e: std::io::Error| format!("port {port} cannot be opened: {e}; give another one, or 0 for a free one");
@@ -103,7 +103,7 @@ fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     for connection in listener.incoming() {
         models.reset();
         models.fallback.iter_mut().for_each(|fallback| fallback.full.reset());
-        // A client that vanishes, or sends what is no text, has no more answers; the next one does
+        // A client that disconnects, or sends something other than text, gets no more answers; the next client is served
         let served = connection.map_err(Into::into).and_then(|stream| {
             stream.set_nodelay(true)?;
             converse(models, BufReader::new(&stream), &stream, args)
@@ -115,7 +115,7 @@ fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// Answers lines until they end, or the other side takes no more answers.
+/// Answers lines until the input ends, or the other side accepts no more answers.
 fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, args: &Args) -> CommandResult {
     let mut tell = |answer: &Value| writeln!(out, "{answer}").and_then(|()| out.flush()).is_ok();
     if !tell(&opening(&models.twin)) {
@@ -184,11 +184,11 @@ fn opening(twin: &Twin) -> Value {
     opening
 }
 
-/// Why a line has no answer, in words; the model stays where it is.
+/// Why a line has no answer, as text; the state of the model does not change.
 enum Refused {
-    /// The line asks for what is none
+    /// The line is not a valid request
     Line(String),
-    /// The model does not reach what the line asks for
+    /// The model cannot reach the requested state
     Model(String),
 }
 
@@ -204,16 +204,16 @@ impl Refused {
     }
 }
 
-/// A line as it is understood.
+/// A parsed request line.
 struct Asked {
     resets: bool,
-    /// Inputs that are given, none where the key is left away
+    /// Given inputs as (index, value); `None` if the key is missing
     inputs: Option<Vec<(usize, f64)>>,
     targets: Vec<Target>,
     moving: Vec<bool>,
 }
 
-/// The answer to a line, and whether it may be trusted.
+/// Returns the answer to a line, and whether it can be trusted.
 fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), Refused> {
     let asked = understood(&models.twin, line)?;
     let start = Instant::now();
@@ -232,7 +232,7 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
     answered
 }
 
-/// The requests of a line.
+/// Parses the requests of a line.
 fn understood(twin: &Twin, line: &str) -> Result<Asked, String> {
     let refused = |why: String| format!("the line is no JSON object: {why}; write {{\"inputs\": {{…}}}}");
     let Strict(asked) = serde_json::from_str(line).map_err(|e| refused(e.to_string()))?;
@@ -260,24 +260,24 @@ fn understood(twin: &Twin, line: &str) -> Result<Asked, String> {
     Ok(Asked { resets, inputs: has_inputs.then_some(given), targets, moving })
 }
 
-/// The answer at the inputs of a line, or at those by which its targets are met.
+/// Returns the answer at the inputs of a line, or at the inputs that meet its targets.
 fn answer_at(
     models: &mut Models,
     asked: &Asked,
     (start, tolerance): (Instant, Option<f64>),
 ) -> Result<(Value, bool), Refused> {
     let Models { twin, fallback, inputs: last } = models;
-    // A model that moves goes on from where its last step has brought it, by a target too
+    // A model that moves continues from its last step, also if that step searched for a target
     let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
     asked.inputs.iter().flatten().for_each(|&(k, value)| inputs[k] = value);
     let (reached, mut met) = if asked.targets.is_empty() {
         (twin.step(&inputs), None)
     } else {
-        // The search begins at the given inputs; those that it moves, in their ranges
+        // The search begins at the given inputs; those that it may move are clamped to their ranges
         let moved = inputs.iter_mut().zip(&twin.model().inputs).zip(&asked.moving).filter(|(_, moves)| **moves);
         moved.for_each(|((u, input), _)| *u = u.clamp(input.range[0], input.range[1]));
         let begins = twin.step(&inputs);
-        // Where the full model gave the last answer, a search without inputs may begin elsewhere, if it would move all that differs
+        // If the full model gave the last answer, a search without given inputs may begin elsewhere, provided that it may move all inputs that differ
         let mut held = inputs.iter().zip(twin.inputs()).zip(&asked.moving).filter(|(_, moves)| !**moves);
         if asked.inputs.is_some() || held.any(|((wanted, present), _)| wanted != present) {
             begins.map_err(Refused::model)?;
@@ -300,7 +300,7 @@ fn answer_at(
             |of: &Target| (values[of.quantity] - of.value).abs() <= t * twin.model().largest_changes[of.quantity];
         met = met.map(|met| met && asked.targets.iter().all(is_met));
     }
-    // Where the full model answers, the reduced one need not have reached these inputs
+    // If the full model answers, the reduced model need not have reached these inputs
     let report = match reached {
         Err(_) if full.is_some() => StepReport { iterations: 0, parts: 0 },
         reached => reached.map_err(Refused::model)?,
@@ -309,7 +309,7 @@ fn answer_at(
     Ok(described(twin, (&inputs, full.as_deref()), report, met, (start, tolerance)))
 }
 
-/// The answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
+/// Returns the answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
 fn answer_in_time(
     twin: &mut Twin,
     asked: &Asked,
@@ -327,7 +327,7 @@ fn answer_in_time(
     Ok(described(twin, (twin.inputs(), None), report, met, (start, tolerance)))
 }
 
-/// Which inputs a search may move: those that are named, or else those that drive.
+/// Returns which inputs a search may move: the named ones, or otherwise the driving ones.
 fn moving(twin: &Twin, asked: &Map<String, Value>, names: &[String]) -> Result<Vec<bool>, String> {
     let Some(value) = asked.get("moving") else { return Ok(twin.model().driving()) };
     let refused = || format!("\"moving\" is {value}; write {{\"target\": {{…}}, \"moving\": [NAME, …]}}");
@@ -350,7 +350,7 @@ fn targets(twin: &Twin, asked: Vec<(String, f64)>) -> Result<Vec<Target>, String
     asked.into_iter().map(target).collect()
 }
 
-/// Numbers under a key of the line.
+/// Returns the named numbers under a key of the line.
 fn numbers(asked: &Map<String, Value>, key: &str) -> Result<Vec<(String, f64)>, String> {
     let Some(value) = asked.get(key) else { return Ok(vec![]) };
     let object =
@@ -366,7 +366,7 @@ fn index(names: &[String], name: &str) -> Result<usize, String> {
     names.iter().position(|n| n == name).ok_or_else(|| format!("there is no \"{name}\"; there is {}", names.join(", ")))
 }
 
-/// The answer at these inputs, by the full model where it gives values.
+/// Returns the answer at these inputs, with the values of the full model if it gave some, and whether it can be trusted.
 fn described(
     twin: &Twin,
     (inputs, full): (&[f64], Option<&[f64]>),
@@ -379,11 +379,11 @@ fn described(
     let mut quantities = Map::new();
     for (k, quantity) in model.quantities.iter().enumerate() {
         let (value, bar) = full.map_or((twin.values()[k], twin.bars()[k]), |values| (values[k], 0.0));
-        // JSON has no infinite number: a bar that is not known is null
+        // JSON has no infinite numbers: an unknown error bar is null
         quantities.insert(quantity.name.clone(), json!({ "value": value, "bar": bar.is_finite().then_some(bar) }));
     }
     let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.contains(*u));
-    // A model that moves remembers where it was
+    // A model that moves also depends on its earlier inputs
     let in_range = within_ranges && (twin.dt().is_none() || twin.in_range());
     let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest_changes).all(|(bar, size)| *bar <= t * size);
     let within = full.is_some() || tolerance.is_none_or(bars_hold);

@@ -67,7 +67,7 @@ pub fn main(args: Args) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// Cases of one title from several files have in it how the paths of these differ.
+/// Appends to equal titles of cases from different files the parts in which the paths of the files differ.
 fn told_apart(cases: Vec<(&Path, Packed)>) -> Vec<Packed> {
     let known: Vec<(&Path, String)> = cases.iter().map(|(file, case)| (*file, case.title().to_string())).collect();
     let one = |(file, mut case): (&Path, Packed)| {
@@ -81,7 +81,7 @@ fn told_apart(cases: Vec<(&Path, Packed)>) -> Vec<Packed> {
     cases.into_iter().map(one).collect()
 }
 
-/// A path without the folders that all of these paths begin and end with.
+/// Returns a path without the leading and trailing parts that all of these paths share.
 fn own_part(path: &Path, all: &[&Path]) -> String {
     let parts =
         |path: &Path| path.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect::<Vec<_>>();
@@ -96,7 +96,7 @@ fn own_part(path: &Path, all: &[&Path]) -> String {
     }
 }
 
-/// The name of a file or folder without its ending; of a scene, that of its folder.
+/// Returns the name of a file or folder without its extension; for a `scene` file, the name of its folder.
 fn name(file: &Path) -> String {
     let stem = file.file_stem().map_or_else(|| "view".into(), |n| n.to_string_lossy().into_owned());
     let folder = file.parent().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
@@ -107,7 +107,7 @@ fn default_page(file: &Path) -> PathBuf {
     PathBuf::from("reports/view").join(format!("{}.html", name(file)))
 }
 
-/// The cases that a file holds.
+/// Returns the cases in a file.
 fn shown(file: &Path, args: &Args) -> Result<Vec<Packed>, Box<dyn std::error::Error>> {
     let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if file.is_dir() && file.join("study.json").is_file() {
@@ -122,7 +122,7 @@ fn shown(file: &Path, args: &Args) -> Result<Vec<Packed>, Box<dyn std::error::Er
     }
 }
 
-/// The page that `simulate` has written next to a record or a time series.
+/// Reads the page that `simulate` has written next to a record or a time series.
 fn sibling(file: &Path) -> Result<Vec<Packed>, Box<dyn std::error::Error>> {
     let page = file.with_extension("html");
     if !page.is_file() {

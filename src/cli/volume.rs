@@ -25,7 +25,7 @@ pub struct Args {
     /// Table of the test (CSV); several files are specimens of the same test
     #[arg(required = true)]
     csv: Vec<PathBuf>,
-    /// Kind of test: lateral (strain along and across the load), bulk (pressure over volume)
+    /// Kind of test: lateral (strain along and transverse to the load), bulk (pressure over volume)
     #[arg(long, value_name = "KIND")]
     experiment: VolumeTest,
     /// Volumetric part of a bulk test: quadratic, logarithmic, simo_taylor [default: the one with the least misfit]
@@ -48,7 +48,7 @@ pub struct Args {
     out: Option<PathBuf>,
     #[command(flatten)]
     replace: ReplaceArgs,
-    /// Print volume.json instead of words
+    /// Print volume.json instead of text
     #[arg(long)]
     json: bool,
 }

@@ -9,21 +9,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// Time between two messages about the progress of a case.
+/// Least time between two messages about the progress of a case.
 const OFTEN: Duration = Duration::from_millis(50);
 
 /// Compute one case of a study (internal: `run` starts it)
 ///
-/// The case is read from standard input; progress and end are said on standard output. It ends with the process that has
+/// The case is read from standard input; progress and outcome are reported on standard output. The process ends with the process that
 /// started it.
 #[derive(clap::Args)]
 pub struct Args {}
 
 pub fn main(_: Args) -> CommandResult {
     static SHARED: AtomicBool = AtomicBool::new(false);
-    // Where memory is short, the system ends this process before the one that has started it
+    // If memory runs out, the system ends this process before the one that started it
     std::fs::write("/proc/self/oom_score_adj", "500").ok();
-    // So that a case takes the memory that is expected of it
+    // Keeps the memory of a case at the expected amount
     memory::share_one_arena();
     threads::use_threads(1);
     let mut order = String::new();
@@ -34,7 +34,7 @@ pub fn main(_: Args) -> CommandResult {
             match (line.as_str(), line.strip_prefix("threads ").and_then(|count| count.parse().ok())) {
                 ("shared", _) => SHARED.store(true, Ordering::Relaxed),
                 (_, Some(count)) => threads::use_threads(count),
-                // It is asked for once
+                // The admission of the case, which it waits for once
                 _ => sender.send(()).unwrap_or_default(),
             }
         }
@@ -49,13 +49,13 @@ pub fn main(_: Args) -> CommandResult {
             shown = Some(Instant::now());
         }
         let line = serde_json::to_string(said).expect("numbers and strings only");
-        // Where nobody listens any more the end of the input says so too
+        // Errors are ignored: if nobody listens any more, the input ends as well
         writeln!(std::io::stdout(), "{line}").ok();
     });
     Ok(Outcome::Complete)
 }
 
-/// Ends this process and those that it has started, where it leads their group.
+/// Ends this process, and if it leads its process group, all processes of the group.
 fn end_all() {
     #[cfg(unix)]
     {

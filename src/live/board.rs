@@ -1,4 +1,4 @@
-//! The newest of a run for its clients, and their commands for it.
+//! The board of a live view: the newest values of a run for its clients, and their commands to the run.
 
 use super::news::{Extent, News, Seen, SignalState};
 use super::thinned::Thinned;
@@ -16,31 +16,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Iterations that are kept for a client that is slow.
+/// Number of iterations that are kept for slow clients.
 const ITERATIONS: usize = 256;
-/// Time after which a run that is paused goes on where no page is open any more.
+/// Time after which a paused run resumes once no page is open any more.
 const ALONE: Duration = Duration::from_secs(10);
-/// Time between two looks at whether to stop.
+/// Interval between checks of the stop flag.
 const LOOK: Duration = Duration::from_millis(50);
-/// Time that clients get to hear of the end of a run that was stopped.
+/// Time that clients are given to receive the end of a run that was stopped.
 const MOMENT: Duration = Duration::from_millis(300);
-/// Steps that may wait to be taken.
+/// Largest number of requested steps that may be pending.
 const STEPS: usize = 1000;
 
 /// Facts about a run before its first step.
 #[derive(Default)]
 pub struct Opening {
-    /// Tells runs apart that are shown at one address
+    /// Distinguishes runs that are shown at the same address
     pub run: String,
     /// End of the last stage \[s\]
     pub end: f64,
     /// Signals that a page may set
     pub signals: Vec<SignalState>,
-    /// Wait at the first point of the time grid until a page lets the run go on
+    /// Wait at the first point of the time grid until a page starts the run
     pub paused: bool,
 }
 
-/// A command of a page.
+/// A command from a page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Command {
@@ -62,10 +62,10 @@ struct Now {
     /// Increases with every change
     version: u64,
     page: Arc<str>,
-    /// With their numbers in the run: those that the page at the end has, and the newest
+    /// Frames with their numbers in the run: those of the final page, and the newest
     frames: Vec<(usize, Arc<Frame>)>,
     rows: Thinned<Arc<[f64]>>,
-    /// Since the start of the run, of which the last ones are kept
+    /// Iterations, numbered from the start of the run, of which the last ones are kept
     iterations: VecDeque<(u64, IterationReport)>,
     news: News,
     /// Steps to take before the run pauses again
@@ -100,7 +100,7 @@ impl Board {
     }
 
     fn now(&self) -> MutexGuard<'_, Now> {
-        // A client whose thread has panicked leaves nothing half done: every change is one assignment
+        // A panic in the thread of a client leaves nothing inconsistent
         locked(&self.now)
     }
 
@@ -113,12 +113,12 @@ impl Board {
         out
     }
 
-    /// The page that a client gets first.
+    /// Sets the page that a client gets first.
     pub fn open(&self, page: String) {
         self.change(|now| now.page = page.into());
     }
 
-    /// A state of the run, which was added to the film.
+    /// Publishes a state of the run that has been added to the film.
     pub fn state(&self, film: &Film, scene: &Scene, state: &State) {
         let mut frames: Vec<(usize, Arc<Frame>)> = film.kept().map(|(k, frame)| (k, frame.clone())).collect();
         let number = film.count().saturating_sub(1);
@@ -132,7 +132,7 @@ impl Board {
         });
     }
 
-    /// A recorded row.
+    /// Publishes a recorded row.
     pub fn row(&self, row: &[f64]) {
         self.change(|now| {
             now.rows.push(row.into());
@@ -140,7 +140,7 @@ impl Board {
         });
     }
 
-    /// An iteration of Newton's method.
+    /// Publishes an iteration of Newton's method.
     pub fn iteration(&self, report: &IterationReport) {
         self.change(|now| {
             let number = now.iterations.back().map_or(0, |(number, _)| number + 1);
@@ -151,12 +151,12 @@ impl Board {
         });
     }
 
-    /// An accepted step up to this time \[s\].
+    /// Publishes the time \[s\] of an accepted step.
     pub fn accepted(&self, t: f64) {
         self.change(|now| now.news.t = t);
     }
 
-    /// Waits where the run is paused, until it goes on or `stop` is set.
+    /// Waits while the run is paused, until it resumes or `stop` is set.
     pub fn pause(&self, stop: &AtomicBool) {
         let mut now = self.now();
         while now.news.paused && !stop.load(Ordering::Relaxed) {
@@ -178,12 +178,12 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// Values that are asked for, in the order of the signals.
+    /// Returns the requested values, in the order of the signals.
     pub(super) fn values(&self) -> Vec<f64> {
         self.now().news.signals.iter().map(|s| s.value).collect()
     }
 
-    /// The run has ended.
+    /// Publishes the end of the run.
     pub fn end(&self, status: &str, detail: Option<String>) {
         self.change(|now| {
             now.news.ended = Some((status.into(), detail));
@@ -191,7 +191,7 @@ impl Board {
         });
     }
 
-    /// Waits until no client is connected any more, at most for this time; where `stop` is set, for a moment, so that they hear of the end.
+    /// Waits until no client is connected any more, at most for `patience`; if `stop` is set, only for a moment, so that clients receive the end.
     pub fn farewell(&self, patience: Duration, stop: &AtomicBool) {
         let start = Instant::now();
         let patience = || if stop.load(Ordering::Relaxed) { MOMENT.min(patience) } else { patience };
@@ -201,7 +201,7 @@ impl Board {
         }
     }
 
-    /// A command of a client; refused with the reason.
+    /// Carries out a command of a client; a refusal returns the reason.
     pub(super) fn obey(&self, command: Command) -> Result<(), String> {
         self.change(|now| {
             let News { paused, signals, ended, .. } = &mut now.news;
@@ -238,13 +238,13 @@ impl Board {
         now.frames.binary_search_by_key(&number, |(k, _)| *k).ok().map(|k| now.frames[k].1.clone())
     }
 
-    /// The rows from a number on, each with its number, and which ones can be asked for at this moment.
+    /// Returns the rows from number `first` on, each with its number, and the extent of those that can currently be requested.
     pub(super) fn rows(&self, first: usize) -> (Extent, Vec<Row>) {
         let now = self.now();
         (now.news.rows, now.rows.from(first).cloned().collect())
     }
 
-    /// A client that follows the run begins to listen.
+    /// Registers a client that follows the run.
     pub(super) fn join(&self) {
         self.change(|now| now.clients += 1);
     }
@@ -253,7 +253,7 @@ impl Board {
         self.change(|now| (now.clients, now.left) = (now.clients.saturating_sub(1), Some(Instant::now())));
     }
 
-    /// Waits for something that the client has not seen, at most for a time.
+    /// Waits for something that the client has not seen, at most for `patience`; `None` if nothing came.
     pub(super) fn news(&self, seen: &mut Seen, patience: Duration) -> Option<News> {
         let start = Instant::now();
         let mut now = self.now();

@@ -1,4 +1,4 @@
-//! A controller that sets signals to the values that a page asks for, and records them so that they can be set again.
+//! A controller that sets signals to the values requested by a page, and records them so that they can be replayed.
 
 use super::board::Board;
 use crate::scene::control::recording::Recording;
@@ -9,26 +9,26 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Sets signals by hand.
+/// Sets signals to the values that a user enters on a page.
 pub struct HandControl {
     board: Arc<Board>,
     path: PathBuf,
     file: Option<File>,
     /// The recording so far; kept in checkpoints, so that the file of a continued run is whole
     text: String,
-    /// Values that were recorded last
+    /// Last recorded values
     past: Vec<f64>,
-    /// Rows of the recording
+    /// Number of rows of the recording
     pub rows: usize,
 }
 
 impl HandControl {
-    /// Values come from the board, and are recorded in a file.
+    /// Creates a controller that takes values from the board and records them in the file `path`.
     pub fn new(board: Arc<Board>, path: &Path) -> Self {
         Self { board, path: path.into(), file: None, text: String::new(), past: vec![], rows: 0 }
     }
 
-    /// Keeps an earlier recording under the next free name, `<name>.control-1.csv` and so on, unless the new one has all its rows.
+    /// Renames an earlier recording to the next free name, `<name>.control-1.csv` and so on, unless the new recording begins with all its rows.
     fn set_aside(&self, text: &str) -> std::io::Result<()> {
         let earlier = match std::fs::read(&self.path) {
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),

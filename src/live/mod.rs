@@ -1,12 +1,12 @@
-//! The live view: a page of the viewer that follows a run while it goes on, pauses it, and sets its controlled signals.
+//! The live view: a page of the viewer that follows a run while it computes, pauses it, and sets its controlled signals.
 //!
 //! ```text
-//! run ──► board ──► server ──► page        states, rows, iterations: the board has the newest, a client takes it when it can
-//! run ◄── board ◄── server ◄── page        commands: pause, one step, values of signals, taken at the next point of the time grid
+//! run ──► board ──► server ──► page        states, rows, iterations: the board has the newest, a client fetches it when it can
+//! run ◄── board ◄── server ◄── page        commands: pause, one step, values of signals, executed at the next point of the time grid
 //! ```
 //!
-//! The thread that computes holds the lock of the board for as long as it takes to copy a pointer, and waits for no client, except where somebody has
-//! paused the run. The server listens on the loopback interface alone and answers under a path with a random token.
+//! The computing thread holds the lock of the board only as long as it takes to copy a pointer, and never waits for a client unless somebody has
+//! paused the run. The server listens only on the loopback interface and answers under a path with a random token.
 
 mod board;
 mod hand;

@@ -1,4 +1,4 @@
-//! The message about a run that its clients get again and again: the newest values, not one message for each change.
+//! The message about a run that its clients receive repeatedly: the newest values, not one message for each change.
 
 use crate::solve::IterationReport;
 use serde::Serialize;
@@ -8,26 +8,26 @@ use serde_json::{Value, json};
 #[derive(Clone, Debug, Serialize)]
 pub struct SignalState {
     pub name: String,
-    /// Name and unit for people
+    /// Name and unit for display
     pub words: String,
     pub unit: &'static str,
-    /// The value that is asked for \[SI\]; the next step reaches it
+    /// Requested value \[SI\]; the next step reaches it
     pub value: f64,
-    /// Least and largest value, where the scene declares them
+    /// Least and largest value, if the scene declares them
     pub range: Option<(f64, f64)>,
 }
 
-/// Which values of a sequence can be asked for: those whose number is a multiple of the stride, and the last one.
+/// The values of a sequence that can be requested: those whose number is a multiple of the stride, and the last one.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Extent {
     pub stride: usize,
     pub count: usize,
 }
 
-/// The newest of a run.
+/// The newest values of a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct News {
-    /// Tells runs apart that are shown at one address
+    /// Distinguishes runs that are shown at the same address
     pub run: String,
     /// Time of the last accepted state, and of the end \[s\]
     pub t: f64,
@@ -40,12 +40,12 @@ pub(super) struct News {
     pub states: Extent,
     pub rows: Extent,
     pub signals: Vec<SignalState>,
-    /// Those that the client has not seen, with their numbers in the run
+    /// Iterations that the client has not seen, with their numbers in the run
     pub iterations: Vec<(u64, IterationReport)>,
 }
 
 impl News {
-    /// The message.
+    /// Returns the message as JSON.
     pub fn json(&self) -> Value {
         let iteration = |(k, i): &(u64, IterationReport)| json!([k, i.t, i.dt, i.number, i.error]);
         json!({
@@ -63,7 +63,7 @@ impl News {
     }
 }
 
-/// How far a client has followed.
+/// How far a client has followed the run.
 #[derive(Default)]
 pub(super) struct Seen {
     pub version: u64,

@@ -1,6 +1,7 @@
 //! One address for the cases of a study, each of which serves its live view in a process of its own.
 //!
-//! Connections are handed on to the case that is shown: the one that has computed longest of those that compute now. Its page stays with it until it ends.
+//! Connections are forwarded to the case that is shown: of the cases that compute now, the one that has computed longest. Its page stays with it until it
+//! ends.
 
 use super::board::{Board, Opening};
 use super::response::STALLED_PART;
@@ -11,11 +12,11 @@ use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// Shown while no case computes; the browser asks again.
+/// Page that is shown while no case computes; the browser reloads it.
 const WAITING: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"2\">\
                        <title>Durometer</title></head><body><p>No case computes at this moment. This page looks again every two seconds.</p></body></html>\n";
 
-/// Hands connections on to the case that is shown.
+/// Forwards connections to the case that is shown.
 pub struct Relay {
     access: Access,
     /// Cases with their ports, in the order in which they began
@@ -24,7 +25,7 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// Serves a port in a thread of its own. None where the system gives no thread.
+    /// Serves a port in a thread of its own; `None` if the system cannot start a thread.
     pub fn serve(listener: Listener) -> Option<(Arc<Self>, Served)> {
         let board = Arc::new(Board::new(Opening::default()));
         board.open(WAITING.into());
@@ -36,12 +37,12 @@ impl Relay {
         Some((relay, served))
     }
 
-    /// The address that the cases have in common.
+    /// Returns the access that all cases share.
     pub fn access(&self) -> &Access {
         &self.access
     }
 
-    /// A case serves its live view at this port, or none any more.
+    /// Records that a case serves its live view at this port, or with `None` that it no longer does.
     pub fn follow(&self, case: &str, port: Option<u16>) {
         let mut cases = self.cases();
         cases.retain(|(id, _)| id != case);
@@ -52,7 +53,7 @@ impl Relay {
         locked(&self.cases)
     }
 
-    /// Hands a connection on to the case that is shown, or to the site that waits for one.
+    /// Forwards a connection to the case that is shown, or to the waiting page if there is none.
     fn take(self: &Arc<Self>, client: TcpStream, waiting: &Arc<Site>) {
         let Some(port) = self.cases().first().map(|(_, port)| *port) else {
             return Site::take(waiting, client);
@@ -63,12 +64,12 @@ impl Relay {
                 hand_on(client, port).ok();
             }
         };
-        // Without a thread the connection is closed
+        // If no thread can be started, the connection is closed
         std::thread::Builder::new().name("live relay".into()).spawn(serve).ok();
     }
 }
 
-/// Copies what both sides say, until one of them has gone or takes nothing.
+/// Copies data in both directions until one side disconnects or accepts no more.
 fn hand_on(mut client: TcpStream, port: u16) -> io::Result<()> {
     let mut case = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
     client.set_write_timeout(Some(STALLED_PART))?;
@@ -78,7 +79,7 @@ fn hand_on(mut client: TcpStream, port: u16) -> io::Result<()> {
         to.shutdown(Shutdown::Write).ok();
     });
     let answered = questions.and_then(|_| io::copy(&mut case, &mut client));
-    // The thread that copies questions ends with the connections
+    // The thread that copies the requests ends with the connections
     client.shutdown(Shutdown::Both).ok();
     case.shutdown(Shutdown::Both).ok();
     answered.map(drop)

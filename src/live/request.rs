@@ -1,24 +1,24 @@
-//! Requests of browsers, read within limits of size and time.
+//! HTTP requests of browsers, read within limits of size and time.
 
 use super::response::HttpResponse;
 use std::io::Read;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// Most bytes of the first line with the headers.
+/// Largest size of the request line with the headers \[bytes\].
 const HEAD: usize = 16 << 10;
-/// Most headers; a browser sends some 20.
+/// Largest number of headers; a browser sends about 20.
 const HEADERS: usize = 64;
-/// Most bytes of a command.
+/// Largest size of a command \[bytes\].
 const BODY: usize = 4 << 10;
-/// Time within which a request must be there.
+/// Time within which a request must be complete.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A request.
+/// An HTTP request.
 #[derive(Debug, Default)]
 pub(super) struct Request {
     pub method: String,
-    /// Without the part after `?`
+    /// Path, without the part after `?`
     pub path: String,
     /// The part after `?`
     pub query: String,
@@ -27,7 +27,7 @@ pub(super) struct Request {
 }
 
 impl Request {
-    /// Reads a request. No request and no answer where the client has gone; an answer where it is refused.
+    /// Reads a request. Returns `None` if the client has disconnected, and the response as an error if the request is refused.
     pub fn read(stream: &mut TcpStream) -> Result<Option<Self>, HttpResponse> {
         let deadline = Instant::now() + PATIENCE;
         let (mut bytes, mut request, mut length) = (vec![], Self::default(), None);
@@ -58,7 +58,7 @@ impl Request {
         }
     }
 
-    /// The request without its body, and where that begins; none while the headers are not complete.
+    /// Parses the request without its body, and returns the offset of the body; `None` while the headers are incomplete.
     fn head(bytes: &[u8]) -> Result<Option<(Self, usize)>, HttpResponse> {
         let mut headers = [httparse::EMPTY_HEADER; HEADERS];
         let mut parsed = httparse::Request::new(&mut headers);
@@ -82,7 +82,7 @@ impl Request {
         Ok(Some((request, end)))
     }
 
-    /// Length of the body.
+    /// Returns the length of the body \[bytes\].
     fn length(&self) -> Result<usize, HttpResponse> {
         if self.all("transfer-encoding").next().is_some() {
             return Err(HttpResponse::refusal(411, "give the length of the body"));
@@ -100,13 +100,13 @@ impl Request {
         self.headers.iter().filter(move |(n, _)| n == name).map(|(_, value)| value.as_str())
     }
 
-    /// The value of a header, by its name in lower case; none where it is there more than once.
+    /// Returns the value of a header, given its lower-case name; `None` if it is absent or repeated.
     pub fn header(&self, name: &str) -> Option<&str> {
         let mut all = self.all(name);
         all.next().filter(|_| all.next().is_none())
     }
 
-    /// Whether there is such a header.
+    /// Whether the request has a header with this lower-case name.
     pub fn has(&self, name: &str) -> bool {
         self.all(name).next().is_some()
     }

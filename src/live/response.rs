@@ -1,20 +1,20 @@
-//! Answers to browsers.
+//! HTTP responses to browsers.
 
 use std::io::{self, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// Time within which a client must take some bytes.
+/// Time within which a client must accept some bytes.
 pub(super) const STALLED_PART: Duration = Duration::from_secs(5);
-/// Time within which a client must take all of an answer.
+/// Time within which a client must accept a whole response.
 const STALLED_ANSWER: Duration = Duration::from_secs(60);
-/// Bytes that are written at a time.
+/// Number of bytes that are written at a time.
 const PART: usize = 64 << 10;
-/// Headers of every answer: nothing is kept, embedded in other pages, or told to others.
+/// Headers of every response: it is not cached, not embedded in other pages, and its address is not disclosed to others.
 const ALWAYS: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
                       Cross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: frame-ancestors 'none'\r\n";
 
-/// An answer.
+/// An HTTP response.
 #[derive(Debug)]
 pub(super) struct HttpResponse {
     status: u16,
@@ -27,7 +27,7 @@ impl HttpResponse {
         Self { status: 200, kind, body }
     }
 
-    /// An answer without content.
+    /// Returns a response without content.
     pub fn done() -> Self {
         Self { status: 204, kind: "text/plain", body: vec![] }
     }
@@ -41,7 +41,7 @@ impl HttpResponse {
         self.status
     }
 
-    /// Sends the answer.
+    /// Sends the response.
     pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Self { status, kind, body } = self;
         let head = format!(
@@ -68,7 +68,7 @@ pub(super) fn begin_events(stream: &mut TcpStream) -> io::Result<()> {
     stream.write_all(format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{ALWAYS}\r\n").as_bytes())
 }
 
-/// Sends an event, or without one a comment, by which both sides see that the other is there.
+/// Sends an event, or a comment if there is no data, so that both sides notice a closed connection.
 pub(super) fn event(stream: &mut TcpStream, data: Option<&str>) -> io::Result<()> {
     stream.write_all(data.map_or_else(|| ":\n\n".into(), |data| format!("data: {data}\n\n")).as_bytes())
 }

@@ -14,21 +14,21 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Connections at the same time. As many more wait for a place, further ones are closed at once.
+/// Largest number of simultaneous connections. As many more wait for a free slot; any others are refused at once.
 pub(super) const CONNECTIONS: usize = 32;
-/// Of them those that follow the run.
+/// Largest number of connections that follow the run.
 const FOLLOWERS: usize = 16;
-/// Time that a connection waits for a place: those of clients that have gone become free with the next message to them.
+/// Time that a connection waits for a free slot; slots of disconnected clients are freed at the next message to them.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Least time between two messages to a client: what happens in between is one message.
+/// Least time between two messages to a client; changes in between are combined into one message.
 pub(super) const PACE: Duration = Duration::from_millis(40);
-/// Time after which a client without news gets a sign of life.
+/// Time after which a client without news gets a keep-alive comment.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Port of an address that names none.
+/// Default port of an address without one.
 const DEFAULT_PORT: u16 = 80;
-/// Bytes that are read of what a refused client still sends.
+/// Largest number of bytes that are read from a client after the response.
 const DRAINED_BYTES: usize = 64 << 10;
-/// Time that is waited for what a refused client still sends.
+/// Time limit for each read from a client after the response.
 const DRAINED_TIME: Duration = Duration::from_millis(200);
 
 /// Why there is no live view.
@@ -46,7 +46,7 @@ pub enum LiveError {
     Token { reason: String },
 }
 
-/// How browsers reach a live view: the port of the address that was printed, and its token.
+/// How browsers reach a live view: the port and the token of the printed address.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Access {
     pub port: u16,
@@ -54,20 +54,20 @@ pub struct Access {
 }
 
 impl Access {
-    /// The address for a browser.
+    /// Returns the address for a browser.
     pub fn address(&self) -> String {
         format!("http://127.0.0.1:{}/{}/", self.port, self.token)
     }
 }
 
-/// A port that is open and not served yet.
+/// An open port that is not served yet.
 pub struct Listener {
     listener: TcpListener,
     access: Access,
 }
 
 impl Listener {
-    /// Opens a port of the loopback interface; 0 is a free one.
+    /// Opens a port of the loopback interface; 0 takes a free port.
     pub fn open(port: u16) -> Result<Self, LiveError> {
         let (listener, port) = bind(port)?;
         let mut random = [0; 16];
@@ -76,25 +76,25 @@ impl Listener {
         Ok(Self { listener, access: Access { port, token } })
     }
 
-    /// Opens a free port to which a [`Relay`](super::Relay) hands on what browsers ask of its own. Returns the number of the port too.
+    /// Opens a free port to which a [`Relay`](super::Relay) forwards the requests to its own port. Also returns the number of the port.
     pub fn behind(access: &Access) -> Result<(Self, u16), LiveError> {
         let (listener, port) = bind(0)?;
         Ok((Self { listener, access: access.clone() }, port))
     }
 
-    /// How browsers reach it.
+    /// Returns how browsers reach the live view.
     pub fn access(&self) -> &Access {
         &self.access
     }
 
-    /// Serves the board in threads of its own. None where the system gives no thread.
+    /// Serves the board in threads of its own; `None` if the system cannot start a thread.
     pub fn serve(self, board: Arc<Board>) -> Option<Served> {
         let site = Arc::new(Site::new(&self.access, board));
         let own = site.clone();
         self.accept(site, move |stream| Site::take(&own, stream))
     }
 
-    /// Takes connections to a site in a thread of its own. None where the system gives no thread.
+    /// Accepts connections to a site in a thread of its own; `None` if the system cannot start a thread.
     pub(super) fn accept(self, site: Arc<Site>, take: impl Fn(TcpStream) + Send + 'static) -> Option<Served> {
         let port = self.listener.local_addr().ok()?.port();
         let (own, listener) = (site.clone(), self.listener);
@@ -102,7 +102,7 @@ impl Listener {
             while !own.is_closed() {
                 match listener.accept() {
                     Ok((stream, _)) => take(stream),
-                    // Too many open files, for example: those that are served end some time
+                    // For example, too many open files: connections that are being served will end at some point
                     Err(_) => std::thread::sleep(PACE),
                 }
             }
@@ -112,7 +112,7 @@ impl Listener {
     }
 }
 
-/// A port that is served as long as this lives.
+/// A port that is served until this value is dropped.
 pub struct Served {
     port: u16,
     site: Arc<Site>,
@@ -122,7 +122,7 @@ pub struct Served {
 impl Drop for Served {
     fn drop(&mut self) {
         self.site.closed.store(true, Ordering::SeqCst);
-        // The thread waits for a connection, and sees after this one that it is the last
+        // The thread waits for a connection; after this one it notices that it must end
         if let Some(thread) =
             self.thread.take().filter(|_| TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).is_ok())
         {
@@ -131,7 +131,7 @@ impl Drop for Served {
     }
 }
 
-/// A socket of the loopback interface with its port.
+/// Opens a socket of the loopback interface and returns it with its port.
 fn bind(port: u16) -> Result<(TcpListener, u16), LiveError> {
     let failed = |e: io::Error| match e.kind() {
         io::ErrorKind::AddrInUse => LiveError::PortInUse { port },
@@ -142,28 +142,28 @@ fn bind(port: u16) -> Result<(TcpListener, u16), LiveError> {
     Ok((listener, bound.port()))
 }
 
-/// A server with its board.
+/// A server and its board.
 pub(super) struct Site {
-    /// Names under which a browser may ask for it
+    /// Host names that a request may contain
     hosts: Vec<String>,
-    /// Digest of the token, so that the time of a comparison tells nothing about it
+    /// Digest of the token, so that the time of a comparison reveals nothing about it
     token: String,
     board: Arc<Board>,
     connections: AtomicUsize,
     waiting: AtomicUsize,
     followers: AtomicUsize,
-    /// Clients that follow the run are sent away
+    /// Set to disconnect the clients that follow the run
     closed: AtomicBool,
 }
 
-/// Names of a server with this port; browsers leave out the port that addresses have by default.
+/// Returns the host names of a server with this port; browsers omit the default port.
 fn hosts(port: u16) -> Vec<String> {
     let names = ["127.0.0.1", "localhost"];
     let bare = names.iter().filter(|_| port == DEFAULT_PORT).map(ToString::to_string);
     names.iter().map(|name| format!("{name}:{port}")).chain(bare).collect()
 }
 
-/// Counts one as long as it lives.
+/// Counts as one until it is dropped.
 pub(super) struct Counted<'a>(&'a AtomicUsize);
 
 impl<'a> Counted<'a> {
@@ -179,7 +179,7 @@ impl Drop for Counted<'_> {
     }
 }
 
-/// A client that follows the run, as long as it lives.
+/// A client that follows the run until this value is dropped.
 struct Follower<'a>(&'a Board);
 
 impl Drop for Follower<'_> {
@@ -213,14 +213,14 @@ impl Site {
                 HttpResponse::refusal(503, "too many connections").send(&mut stream).ok();
                 return;
             };
-            // A client that has gone needs no answer
+            // A disconnected client needs no response
             own.serve(&mut stream).ok();
         };
-        // Without a thread the connection is closed
+        // If no thread can be started, the connection is closed
         std::thread::Builder::new().name("live client".into()).spawn(serve).ok();
     }
 
-    /// A place among the connections, which is waited for.
+    /// Waits for a free slot among the connections; `None` if there is none in time or too many are waiting.
     fn admit(&self) -> Option<Counted<'_>> {
         let _one = Counted::below(&self.waiting, CONNECTIONS)?;
         let start = Instant::now();
@@ -247,7 +247,7 @@ impl Site {
         finish(stream)
     }
 
-    /// The answer to a request; none for the stream of events.
+    /// Returns the response to a request; `None` for the event stream.
     fn answer(&self, request: &Request) -> Option<HttpResponse> {
         Some(match self.place(request) {
             Err(refusal) => refusal,
@@ -266,7 +266,7 @@ impl Site {
         })
     }
 
-    /// The place below the token. Refused are names under which another site could reach this server, requests of the programs of other sites, and
+    /// Returns the path below the token. Refuses host names under which another site could reach this server, requests from scripts of other sites, and
     /// requests without the token.
     fn place<'r>(&self, request: &'r Request) -> Result<&'r str, HttpResponse> {
         let known = |name: &str| self.hosts.iter().any(|host| host == name);
@@ -302,7 +302,7 @@ impl Site {
     }
 
     fn command(&self, request: &Request) -> HttpResponse {
-        // A form of another page cannot have this type
+        // A form on another site's page cannot send this content type
         if request.header("content-type") != Some("application/json") {
             return HttpResponse::refusal(415, "send a command as application/json");
         }
@@ -315,7 +315,7 @@ impl Site {
         }
     }
 
-    /// Sends events until the client has gone or takes none any more, or the server has closed.
+    /// Sends events until the client disconnects or accepts no more, or the server is closed.
     fn follow(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Some(_one) = Counted::below(&self.followers, FOLLOWERS) else {
             return HttpResponse::refusal(503, "too many pages are open").send(stream);
@@ -332,7 +332,7 @@ impl Site {
     }
 }
 
-/// Closes a connection so that the client gets the answer also where it still sends.
+/// Closes a connection in such a way that the client receives the response even if it is still sending.
 fn finish(stream: &mut TcpStream) -> io::Result<()> {
     stream.shutdown(Shutdown::Write)?;
     stream.set_read_timeout(Some(DRAINED_TIME))?;

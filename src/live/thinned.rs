@@ -1,4 +1,4 @@
-//! Values of a sequence that are thinned out as they become many.
+//! A sequence of values that is thinned out as it grows.
 
 /// Values with their numbers in the sequence: those whose number is a multiple of the stride, and the last one.
 #[derive(Clone, Debug)]
@@ -6,14 +6,14 @@ pub struct Thinned<T> {
     kept: Vec<(usize, T)>,
     last: Option<(usize, T)>,
     most: usize,
-    /// Every so many values are kept
+    /// Every `stride`-th value is kept
     pub stride: usize,
-    /// Values so far
+    /// Number of values so far
     pub count: usize,
 }
 
 impl<T> Thinned<T> {
-    /// An empty sequence that keeps at most so many values, and the last one.
+    /// Creates an empty sequence that keeps at most `most` values, and the last one.
     pub fn new(most: usize) -> Self {
         Self { kept: vec![], last: None, most, stride: 1, count: 0 }
     }
@@ -36,7 +36,7 @@ impl<T> Thinned<T> {
         }
     }
 
-    /// The values from a number on, in order.
+    /// Returns the kept values from number `first` on, in order.
     pub fn from(&self, first: usize) -> impl Iterator<Item = &(usize, T)> {
         self.kept.iter().chain(&self.last).skip_while(move |(number, _)| *number < first)
     }

@@ -11,21 +11,21 @@ use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
 
-/// How a run is shown.
+/// How a run is shown in the live view.
 pub struct Shown<'a> {
-    /// Tells runs apart that are shown at one address
+    /// Distinguishes runs that are shown at the same address
     pub run: &'a str,
-    /// The run is a case of a study: the page names it, and another one follows at this address
+    /// The run is a case of a study: the page names it, and another case may follow at this address
     pub case: bool,
-    /// A state that the run goes on from
+    /// The state that the run continues from
     pub from: Option<&'a Checkpoint>,
     /// The signals are set by the page, and recorded in this file
     pub recording: Option<&'a Path>,
-    /// Wait at the first point of the time grid until a page lets the run go on
+    /// Wait at the first point of the time grid until a page starts the run
     pub paused: bool,
 }
 
-/// A board with the page of a run that begins.
+/// Creates a board with the page of a run that begins.
 pub fn board(scene: &Scene, film: &Film, mut about: About, shown: &Shown) -> Arc<Board> {
     let Shown { run, case, from, recording, paused } = *shown;
     let initial = || scene.controls.values_from_outside(&scene.controls.memory());
@@ -52,7 +52,7 @@ pub fn board(scene: &Scene, film: &Film, mut about: About, shown: &Shown) -> Arc
     board
 }
 
-/// Tells a board the iterations of its run.
+/// Returns the observer that publishes the iterations of a run on its board.
 pub fn iterations(board: Arc<Board>) -> OnIteration {
     Arc::new(move |report| board.iteration(report))
 }

@@ -1,4 +1,4 @@
-// The page: panes, controls, time, and the numbers in words.
+// The page: panes, controls, time, and the displayed numbers.
 
 import { VIEWS, View } from "./camera.js";
 import { MAPS, colour, css } from "./colours.js";
@@ -13,13 +13,13 @@ const KEYS =
   "Drag turns, Shift or the right button moves, the wheel or two fingers enlarge. Keys: arrows turn, Shift and arrows move, + and − enlarge, 0 fits, 1 to 7 are views, " +
   "space plays, comma and full stop step, S cuts, E shows edges, G the body at rest.";
 
-/** Ends of several ranges. */
+/** The range that covers several ranges. */
 const union = (ranges) => [Math.min(...ranges.map((r) => r[0])), Math.max(...ranges.map((r) => r[1]))];
 
-/** A node or cell by its number in the mesh; where that is not known, as a point of the page. */
+/** Names a node or cell by its number in the mesh or, for a node whose number is not known, as a point of the page. */
 const place = ({ hasOwnNumbers, nodeNumbers, cellNumbers }, isNode, k) => `${!isNode ? "cell" : hasOwnNumbers ? "point" : "node"} ${(isNode ? nodeNumbers : cellNumbers)?.[k] ?? k}`;
 
-/** Whether neither sign is a trifle. */
+/** Whether a range has both signs, neither of which is negligible. */
 const hasBothSigns = ([low, high]) => low < 0 && high > 0 && Math.min(-low, high) > 0.05 * Math.max(-low, high);
 
 export class App {
@@ -39,7 +39,7 @@ export class App {
       state: (body) => this.#state(body),
     };
     dark.addEventListener("change", () => this.#theme(dark.matches), { signal });
-    // Cases next to each other have one axis, and far from zero one place to which they are relative
+    // Cases that are shown together share one axis and, far from zero, one reference point
     const isCounted = cases.some((c) => !c.rises);
     const base = cases.some((c) => c.isFar) ? cases[0].head.origin : [0, 0, 0];
     cases.forEach((c) => {
@@ -59,18 +59,18 @@ export class App {
     this.redraw("all");
   }
 
-  /** Takes new states into account. */
+  /** Updates the page for new states. */
   grow() {
     this.times = [Math.min(...this.cases.map((c) => c.times[0] ?? 0)), Math.max(...this.cases.map((c) => c.times.at(-1) ?? 0))];
     const [min, max] = this.times;
     Object.assign(this.slider, { min, max });
     if (this.view.fits) this.#bounds();
-    // Which columns change is known from their rows alone
+    // Only the rows show which columns change
     if (this.plot && !this.hasColumn) this.columnPick.value = this.s.column = firstColumn(this.cases);
     this.redraw("all");
   }
 
-  /** Stops to follow the window, before other cases are shown. */
+  /** Stops listening to the window, before other cases are shown. */
   end() {
     this.listening.abort();
     this.observer.disconnect();
@@ -78,7 +78,7 @@ export class App {
     this.s.playing = false;
   }
 
-  /** The cases to choose from, where there are more than two. */
+  /** The cases to choose from, if there are more than two. */
   #choices() {
     const { all, chosen, show } = this.library;
     if (all.length <= 2) return [];
@@ -88,7 +88,7 @@ export class App {
     return [first, second];
   }
 
-  /** The first picture: the state farthest from rest, coloured by its stretch where that is known. */
+  /** Shows the first picture: the state farthest from rest, coloured by stretch if that is known. */
   #begin() {
     const names = this.#names();
     this.choose(["stretch", ...names, "regions"].find((n) => n === "regions" || names.includes(n)));
@@ -99,7 +99,7 @@ export class App {
     this.seek(c.times[sizes.indexOf(Math.max(...sizes))]);
   }
 
-  /** State of a case at the time that is shown: a stored one, or between two if that is asked for. */
+  /** State of a case at the displayed time: a stored state, or one between two if requested. */
   #state(body) {
     const exact = body.stateAt(this.s.time);
     return this.s.smooth ? exact : Math.round(exact);
@@ -110,7 +110,7 @@ export class App {
     return [...new Set(this.cases.flatMap((c) => c.quantities.map((q) => q.name)))];
   }
 
-  /** The box of the bodies at all states, which the view shows. */
+  /** Fits the view to the box of the bodies over all states. */
   #bounds() {
     const boxes = this.cases.map((c) => c.box(this.s.scale));
     const ends = (of, key) => [0, 1, 2].map((i) => of(...boxes.map((box) => box[key][i])));
@@ -325,7 +325,7 @@ export class App {
     return this.cases.map((c) => c.quantity(this.s.quantity)).find(Boolean);
   }
 
-  /** Range of the colours, of all cases; around zero where the values have both signs. */
+  /** Range of the colours over all cases; symmetric about zero if the values have both signs. */
   #range(fixed) {
     const own = this.cases.filter((c) => c.quantity(this.s.quantity));
     const of = (c) => {
@@ -353,7 +353,7 @@ export class App {
     this.redraw("all");
   }
 
-  /** Takes an end of the range that is typed; a text that is none is named, and the end before it stays. */
+  /** Accepts a typed end of the range; invalid text is reported, and the previous end is kept. */
   #end(k, text) {
     const { unit, factor } = this.#scaled();
     const range = this.s.range.map((end, i) => (i === k ? read(text) / factor : end));
@@ -395,7 +395,7 @@ export class App {
     this.redraw("time");
   }
 
-  /** To the stored state before or after the one that is shown. */
+  /** Goes to the stored state before or after the displayed one. */
   step(by) {
     const longest = this.cases.reduce((a, b) => (b.states > a.states ? b : a));
     const k = Math.round(longest.stateAt(this.s.time)) + by;
@@ -421,7 +421,7 @@ export class App {
   #key(e) {
     if (/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName) && e.target.type !== "range" && e.target.type !== "checkbox") return;
     if (e.ctrlKey || e.metaKey || e.altKey) return;
-    // A slider that takes any place has a step of its own in each browser
+    // Browsers differ in the step of a continuous slider
     const by = e.target === this.slider ? { ArrowLeft: -1, ArrowDown: -1, PageDown: -10, ArrowRight: 1, ArrowUp: 1, PageUp: 10 }[e.key] : 0;
     if (by) {
       e.preventDefault();
@@ -466,10 +466,10 @@ export class App {
     const has = (...why) => why.some((w) => dirty.has(w) || dirty.has("all"));
     if (!this.panes) return;
     if (has("size")) this.#resize();
-    // Between two states a time that is played changes the slider alone
+    // Between two states, playing only moves the slider
     const moved = has("pick") || this.panes.some((p) => p.state !== s.state(p.body));
     if (moved) this.#update();
-    // Words, tables and curves cost more than the picture where a browser draws in software: while the motion plays they change ten times a second
+    // With software rendering, text, tables and curves cost more than the picture: while the motion plays they are updated ten times a second
     const now = performance.now();
     const speaks = !s.playing || has("pick", "plot", "size") || now - (this.spoken ?? 0) > 100;
     if (speaks) this.spoken = now;
@@ -486,11 +486,11 @@ export class App {
     this.firstDraw ??= performance.now();
   }
 
-  /** Brings the views to the state that is shown. */
+  /** Updates the views to the displayed state. */
   #update() {
     const { s } = this;
     if (this.#quantity() && s.fixed !== "own") s.range = this.#range(s.fixed);
-    // The largest force of all cases and states has an arrow of a quarter of the radius
+    // The arrow of the largest force over all cases and states is a quarter of the radius long
     const largest = this.#largestForce();
     s.arrow = largest > 0 ? (0.25 * s.radius) / largest : 0;
     this.panes.forEach((p) => p.update(s));
@@ -500,7 +500,8 @@ export class App {
     return Math.max(...this.cases.map((c) => c.arrows[0]?.largest ?? 0));
   }
 
-  /** An arrow of a round force at the scale of those in a picture of this size: its length in pixels, its colour and its words; none where there are no forces. */
+  /** A reference arrow for a round force at the scale of a picture of this size: its length in pixels, its colour and its label; nothing if there are no
+  forces. */
   #forceArrow(width, height) {
     const pixels = this.s.arrow * this.view.scale(width, height);
     const [arrows] = this.cases.flatMap((c) => c.arrows);
@@ -552,7 +553,7 @@ export class App {
     this.ends.forEach((e, k) => (e.value = number(s.range[k] * factor)));
   }
 
-  /** Time and numbers of the state in words, for everyone and for screen readers. */
+  /** Time and numbers of the state as text, also for screen readers. */
   #words() {
     const { s } = this;
     if (this.clock) this.clock.textContent = this.#clockText();
@@ -580,7 +581,7 @@ export class App {
     this.numbers.replaceChildren(...lines);
   }
 
-  /** The times of the states that are shown, each once; where time does not rise, with the number of the state. */
+  /** The times of the displayed states, each once; with the number of the state if time does not increase. */
   #clockText(cases = this.cases.filter((c) => c.states > 1 || c.live)) {
     const words = cases.map((c) => {
       const state = this.s.state(c);
@@ -592,7 +593,7 @@ export class App {
   #picked(pane) {
     if (pane.pick < 0) return "";
     const { body, pick: p } = pane;
-    // The displacements that are drawn may be exaggerated
+    // Drawn displacements may be exaggerated
     const x = this.s.scale === 1 ? pane.x : body.positions(pane.state, 1);
     const coordinates = [0, 1, 2].map((i) => body.base[i] + x[3 * p + i]);
     const size = Math.max(...coordinates.map(Math.abs));

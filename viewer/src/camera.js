@@ -1,8 +1,8 @@
-// The camera that all cases share: parallel projection, turned about the vertical axis, by pointer, touch and keys.
+// The camera that all cases share: an orthographic orbit camera, controlled by pointer, touch and keys.
 
 import { Vec3 } from "ogl";
 
-/** Directions from which the body is seen: [yaw, pitch] in degrees; the first is that of the figures in reports. */
+/** Viewing directions [yaw, pitch] in degrees; the first is that of the figures in reports. */
 export const VIEWS = { "3-D": [-61, 21], front: [-90, 0], back: [90, 0], left: [180, 0], right: [0, 0], top: [-90, 89.99], bottom: [-90, -89.99] };
 
 export class View {
@@ -15,7 +15,7 @@ export class View {
     this.direct("3-D");
   }
 
-  /** Takes a box into view; the direction stays. */
+  /** Brings a box into view without changing the direction. */
   frame(low, high) {
     this.box = [low, high];
     this.center.set(...low.map((l, i) => (l + high[i]) / 2));
@@ -23,7 +23,7 @@ export class View {
     this.fit();
   }
 
-  /** The largest picture of the box in this direction. */
+  /** Zooms to the largest picture of the box in this direction. */
   fit() {
     const { right, up } = this.axes();
     const size = this.box[0].map((l, i) => (this.box[1][i] - l) / 2);
@@ -45,7 +45,7 @@ export class View {
     this.changed();
   }
 
-  /** Moves the picture by shares of its height. */
+  /** Pans the picture by fractions of its height. */
   pan(right, up) {
     this.fits = false;
     this.shift = [this.shift[0] - (right * 2.2) / this.zoom, this.shift[1] - (up * 2.2) / this.zoom];
@@ -58,7 +58,7 @@ export class View {
     this.changed();
   }
 
-  /** Towards the eye, to the right and upwards. */
+  /** Unit vectors towards the eye, to the right and upwards. */
   axes() {
     const [y, p] = [(this.yaw * Math.PI) / 180, (this.pitch * Math.PI) / 180];
     const eye = [Math.cos(y) * Math.cos(p), Math.sin(y) * Math.cos(p), Math.sin(p)];
@@ -67,7 +67,7 @@ export class View {
     return { eye, right, up };
   }
 
-  /** Half of the height of the picture [m]. */
+  /** Half the height of the picture [m]. */
   get half() {
     return (1.1 * this.radius) / this.zoom;
   }

@@ -1,4 +1,4 @@
-// Colour maps that readers with any colour vision tell apart, and the colours of marks.
+// Colour maps that are readable with any colour vision, and the colours of marks.
 
 const stops = (text) => text.match(/.{6}/g).map((hex) => [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16)));
 
@@ -10,13 +10,13 @@ export const MAPS = {
   grey: stops("262626f2f2f2"),
 };
 
-/** Okabe & Ito 2008, as in the figures of the reports; from the ninth on the colours that are farthest from those before them, in CIELAB. */
+/** Okabe & Ito 2008, as in the figures of the reports; from the ninth on, the colours farthest in CIELAB from the preceding ones. */
 export const PALETTE = stops(
   "0072b2d55e00009e73cc79a7e69f0056b4e9f0e4428c6bb1" +
     "1010e810e810e810d0e810507050103030b0509010b0b070e8907050e8e890303010e890901070105010b0e870d070e8",
 );
 
-/** The colour of number k of many: after the last one of the palette they come again, darker. */
+/** Colour number k; after the end of the palette the colours repeat, darker. */
 export const distinct = (k) => PALETTE[k % PALETTE.length].map((v) => v * 0.6 ** Math.floor(k / PALETTE.length));
 
 export const css = (c) => `rgb(${c.map((v) => Math.round(v)).join(",")})`;

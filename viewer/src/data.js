@@ -1,10 +1,10 @@
-// Data of a case: reads the packed block, gives positions and values at a state.
+// Data of a case: reads the packed block, and provides positions and values at a state.
 
 import { digits, number } from "./units.js";
 
 const FORMAT = 2;
 
-/** All cases of the page: the title of each, and what reads its numbers when it is shown first. */
+/** All cases of the page: the title of each, and a function that reads its numbers when it is first shown. */
 export function listCases(Kind = Case) {
   const heads = [...document.querySelectorAll("script.head")];
   const blocks = [...document.querySelectorAll("script.data")];
@@ -16,14 +16,14 @@ export function listCases(Kind = Case) {
   });
 }
 
-/** Numbers that are stored byte by byte, first bytes first. */
+/** Numbers that are stored byte by byte: the first bytes of all numbers come first. */
 function array(bytes, { kind, at, count }) {
   const width = { i16: 2, f64: 8 }[kind] ?? 4;
   const buffer = new ArrayBuffer(count * width);
   const plain = new Uint8Array(buffer);
   for (let plane = 0; plane < width; plane++) {
     const from = at + plane * count;
-    // Typed arrays are little endian on every machine that runs browsers
+    // Typed arrays are little-endian on every machine that runs browsers
     for (let k = 0; k < count; k++) plain[k * width + (width - 1 - plane)] = bytes[from + k];
   }
   if (kind === "f64") return new Float64Array(buffer);
@@ -43,12 +43,12 @@ class Modes {
     this.components = components;
     this.error = error;
     this.shapes = shapes.map((s) => array(bytes, s));
-    // JSON has no other word for what is no number, at a state without values
+    // A state without values is null, because JSON has no NaN
     this.amplitudes = amplitudes.map((a) => a.map((v) => v ?? NaN));
     this.size = this.shapes.length ? this.shapes[0].length : 0;
   }
 
-  /** [components × points] values at a state; between two states linear. Not a number where there is no value. */
+  /** Values [components × points] at a state, linear between two states; NaN where there is no value. */
   at(state) {
     const out = new Float32Array(this.size);
     if (!this.size) return out;
@@ -65,7 +65,7 @@ class Modes {
   }
 }
 
-/** Von Mises' stress of xx, yy, zz, xy, yz, xz. */
+/** Von Mises stress of the components xx, yy, zz, xy, yz, xz. */
 const vonMises = (s) =>
   Math.sqrt(0.5 * ((s[0] - s[1]) ** 2 + (s[1] - s[2]) ** 2 + (s[2] - s[0]) ** 2) + 3 * (s[3] ** 2 + s[4] ** 2 + s[5] ** 2));
 
@@ -80,7 +80,8 @@ function largestPrincipal(s) {
   return q + 2 * p * Math.cos(Math.acos(Math.min(1, Math.max(-1, r))) / 3);
 }
 
-/** Row of each state: that of its time, after the row of the state before it; where there is none, its place between two rows; not a number where rows end before it. */
+/** Row of each state: the row with its time, after the row of the previous state; if there is none, the fractional position between two rows; NaN if the
+rows end before it. */
 function rowsOf(times, rows) {
   const stored = rows instanceof Float32Array ? Math.fround : (t) => t;
   let next = 0;
@@ -101,11 +102,11 @@ function rowsOf(times, rows) {
 }
 
 const AXES = ["x", "y", "z"];
-/** Distance from zero, in extents of what is shown, from which positions are relative to a corner. */
+/** Distance from zero, relative to the extent of what is shown, from which on positions are stored relative to a corner. */
 const FAR = 1e3;
 const TENSOR = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/** Scalars that a field offers: name, whether they have a sign, and the scalar of the components. A tensor is a stress where its unit is one. */
+/** Scalars of a field: name, whether they are signed, and the function of the components. A tensor is a stress if its unit is that of a stress. */
 function scalars(name, unit, components) {
   if (components === 1) return [{ name, of: null }];
   if (components === 3) {
@@ -130,15 +131,15 @@ export class Case {
     this.count = relative.length / 3;
     this.relative = relative;
     this.extent = relative.reduce((most, v) => Math.max(most, v), 0);
-    /** Single precision has not enough digits for absolute positions */
+    /** Whether single precision has too few digits for absolute positions */
     this.isFar = Math.max(...head.origin.map(Math.abs)) > FAR * this.extent;
     this.place([0, 0, 0]);
-    /** Numbers in the mesh, where they are not 0, 1, 2, … */
+    /** Numbers in the mesh, if they are not 0, 1, 2, … */
     [this.nodeNumbers, this.cellNumbers] = [head.nodeNumbers, head.cellNumbers].map((numbers) => numbers && read(numbers));
     this.facets = read(head.facets);
     this.facetCells = read(head.facetCells);
     this.cells = read(head.cells);
-    /** Pages of earlier versions have the numbers of the mesh where they have its inside */
+    /** Pages of earlier versions have the numbers of the mesh if they contain its inside */
     this.hasOwnNumbers = head.ownNumbers ?? !this.cells.length;
     this.parts = head.parts.map((p) => ({ ...p, triangles: read(p.triangles) }));
     this.marked = head.marked.map((m) => ({ ...m, facets: read(m.facets), points: read(m.points) }));
@@ -153,7 +154,7 @@ export class Case {
     this.ranges = new Map();
   }
 
-  /** Reference positions relative to a place, one point after the other. */
+  /** Reference positions relative to a reference point, point by point. */
   place(base) {
     const { origin } = this.head;
     this.base = base;
@@ -162,7 +163,7 @@ export class Case {
     for (let p = 0; p < this.count; p++) for (let i = 0; i < 3; i++) this.rest[3 * p + i] = origin[i] - base[i] + this.relative[i * this.count + p];
   }
 
-  /** Takes the times of the states, and finds their rows. */
+  /** Sets the times of the states, and finds their rows. */
   order(times) {
     this.realTimes = times;
     this.rises = times.every((t, k) => k === 0 || t > times[k - 1]);
@@ -170,7 +171,7 @@ export class Case {
     this.along(!this.rises);
   }
 
-  /** Lays states and rows along time or, as where time does not rise from state to state, along the numbers of the states. */
+  /** Arranges states and rows along time or along the state numbers, which is needed if time does not increase from state to state. */
   along(isCounted) {
     this.isCounted = isCounted;
     this.times = isCounted ? this.realTimes.map((_, k) => k + 1) : this.realTimes;
@@ -184,7 +185,7 @@ export class Case {
     });
   }
 
-  /** Row of a state; between two states and between two rows linear. */
+  /** Row of a state, linear between two states and between two rows. */
   rowAt(state) {
     const low = Math.floor(state);
     const [from, to] = [this.stateRows[low], this.stateRows[low + 1]];
@@ -196,7 +197,7 @@ export class Case {
     return b > a ? k - 1 + Math.min(1, Math.max(0, (at - a) / (b - a))) : k;
   }
 
-  /** Value of a recorded column at a state; not a number where there is none. */
+  /** Value of a recorded column at a state; NaN if there is none. */
   recordedAt(name, state) {
     const values = this.curves.values[this.curves.columns.indexOf(name)];
     const row = this.rowAt(state);
@@ -215,7 +216,7 @@ export class Case {
 
   offer(name, unit, nodal, modes) {
     for (const s of scalars(name, unit, modes.components)) {
-      // A field that is there itself comes before what follows from another one
+      // A stored field takes precedence over one derived from another field
       if (s.name !== name && this.recorded.has(s.name)) continue;
       this.quantities.push({ name: s.name, field: name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
     }
@@ -250,7 +251,7 @@ export class Case {
     return [{ first: 0, count: this.nodes }, ...parts];
   }
 
-  /** Ends of these points at all states, with displacements times `factor`. */
+  /** Bounds of these points over all states, with displacements times `factor`. */
   box(factor) {
     if (this.frame?.factor !== factor) {
       this.frame = { factor, parts: this.#framed(), low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
@@ -259,7 +260,7 @@ export class Case {
     return this.frame;
   }
 
-  /** Takes a state into the box. */
+  /** Extends the box by a state. */
   widen(state) {
     const { factor, parts, low, high } = this.frame;
     const x = this.positions(state, factor);
@@ -292,7 +293,7 @@ export class Case {
     return out;
   }
 
-  /** Least and largest value of a quantity at one state, with their places; at the nodes of the body or in its cells. */
+  /** Least and largest value of a quantity at one state, with their indices; at the nodes of the body or in its cells. */
   extremes(quantity, state) {
     const values = this.values(quantity, state);
     const count = quantity.nodal ? Math.min(values.length, this.nodes) : values.length;
@@ -304,7 +305,7 @@ export class Case {
     return found;
   }
 
-  /** The same over all states. */
+  /** Least and largest value of a quantity over all states. */
   range(quantity) {
     if (!this.ranges.has(quantity.name)) {
       let [low, high] = [Infinity, -Infinity];
@@ -317,7 +318,7 @@ export class Case {
     return this.ranges.get(quantity.name);
   }
 
-  /** Range without the outermost hundredth of the values at each end, from up to 20 states. */
+  /** Range of a quantity without the outermost 1 % of the values at each end, from up to 20 states. */
   core(quantity) {
     const key = `${quantity.name}, core`;
     if (!this.ranges.has(key)) {
@@ -334,7 +335,7 @@ export class Case {
     return this.ranges.get(key);
   }
 
-  /** The time of a state in words, with the digits that tell it from its neighbours. */
+  /** The time of a state as text, with enough digits to distinguish it from its neighbours. */
   timeText(state) {
     const { realTimes } = this;
     const t = this.timeAt(state, realTimes);
@@ -343,7 +344,7 @@ export class Case {
     return `t = ${number(t, digits(t, Math.min(...gaps)))} s`;
   }
 
-  /** State of a time, between two states linear. */
+  /** State at a time, linear between two states. */
   stateAt(t) {
     const times = this.times;
     if (t <= times[0]) return 0;
@@ -353,7 +354,7 @@ export class Case {
     return gap > 0 ? k - 1 + (t - times[k - 1]) / gap : k;
   }
 
-  /** Time of a state, between two states linear; with `realTimes` that of the run where the slider counts states. */
+  /** Time of a state, linear between two states; with `realTimes` the time of the run even if the slider counts states. */
   timeAt(state, times = this.times) {
     const low = Math.floor(state);
     const part = state - low;

@@ -1,8 +1,8 @@
-// Drawing on one canvas: faces with colours of a table, and lines of any width with round ends.
+// Drawing on one canvas: faces coloured by a lookup table, and lines of any width with round ends.
 
 import { Camera, Geometry, Mesh, Program, Renderer, Texture, Transform } from "ogl";
 
-/** Marks a value that is not there. */
+/** Marks a missing value. */
 const NONE = -3e38;
 
 const FACE_VERTEX = `#version 300 es
@@ -15,7 +15,7 @@ void main() {
   gl_Position = projectionMatrix * p;
 }`;
 
-/** Parts of the program of faces that cost time in every pixel: a section ends the early test of depth, edges take three derivatives more. */
+/** Parts of the face shader that cost time in every pixel: a section disables the early depth test, edges take three more derivatives. */
 const FACE_FRAGMENT = (cut, edges) => `#version 300 es
 precision highp float;
 in vec3 seen; in vec3 place; in float v; in vec3 corners;
@@ -72,18 +72,18 @@ void main() {
 /** A plane that cuts nothing. */
 export const EVERYWHERE = [0, 0, 0, 1];
 
-/** Whether the machine draws in software: then every pixel is drawn once, and edges are smoothed by the lines alone. */
+/** Whether the machine renders in software: then there is no multisampling, and only lines smooth the edges. */
 const isSlow = (() => {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
   const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
-  // What it holds is for the canvases of the page
+  // Frees the context for the canvases of the page
   gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 })();
 const dots = () => (isSlow ? 1 : Math.min(2, devicePixelRatio || 1));
 
-/** One canvas with its objects, drawn in the order in which they were added. */
+/** One canvas with its objects, which are drawn in the order in which they were added. */
 export class Canvas {
   constructor(canvas) {
     this.canvas = canvas;
@@ -97,7 +97,7 @@ export class Canvas {
     this.programs = new Map();
   }
 
-  /** A program of this canvas: it is built when something is drawn with it first, and shared by all objects of its kind. */
+  /** A shader program of this canvas: it is built when it is first needed, and shared by all objects of its kind. */
   program(key, parts) {
     if (!this.programs.has(key)) {
       const program = new Program(this.gl, { uniforms: {}, transparent: true, ...parts() });
@@ -125,7 +125,7 @@ export class Canvas {
   }
 }
 
-/** What faces and lines share: a mesh of the library that is made again when its numbers become more. */
+/** The common base of faces and lines: a mesh of the library that is rebuilt when the number of vertices grows. */
 class Drawn {
   constructor(options) {
     this.options = { colour: [200, 200, 200], opacity: 1, visible: true, plane: EVERYWHERE, ...options };
@@ -137,16 +137,16 @@ class Drawn {
     Object.assign(this, { canvas, gl: canvas.gl, program: null });
   }
 
-  /** The node of the library, from the first numbers on. */
+  /** The library's node, which exists once there are numbers. */
   #make() {
     this.node = new Mesh(this.gl, { geometry: new Geometry(this.gl, { position: { size: 3, data: new Float32Array(9) } }), program: this.chosen() });
     this.node.frustumCulled = false;
     this.node.setParent(this.canvas.scene);
-    // The program is that of all objects of a kind: each sets what is its own just before it is drawn
+    // All objects of a kind share the program: each sets its own uniforms just before it is drawn
     this.node.onBeforeRender(() => this.#apply());
   }
 
-  /** New numbers for the attributes, `count` of them; the index stays. */
+  /** Sets the attributes of `count` vertices; the index does not change. */
   set(count, attributes, index, local) {
     this.used = count;
     if (count === 0) return;
@@ -185,7 +185,7 @@ class Drawn {
 export class Faces extends Drawn {
   isFaces = true;
 
-  /** The cheapest program that draws what the options ask for. Opaque faces do not blend, and a closed body that is not cut shows its outer sides alone. */
+  /** Selects the cheapest program for the options. Opaque faces do not blend, and a closed uncut body shows only its outer sides. */
   chosen() {
     const { plane, opacity, edges } = this.options;
     const [cut, lined] = [plane !== EVERYWHERE, (edges ?? 0) > 0];
@@ -207,7 +207,8 @@ export class Faces extends Drawn {
     return new Geometry(this.gl, attributes);
   }
 
-  /** Positions and numbers of the vertices; values that are not finite are drawn plain. With the index: two barycentric coordinates of each vertex. */
+  /** Sets positions and values of the vertices; values that are not finite are drawn in the plain colour. With the index: two barycentric coordinates of
+  each vertex. */
   show(position, value, index, local) {
     const numbers = value ?? new Float32Array(position.length / 3);
     this.shown = { position, value: numbers, index: index ?? this.shown?.index, local: local ?? this.shown?.local };
@@ -231,7 +232,7 @@ export class Faces extends Drawn {
   }
 }
 
-/** Segments; a segment without length is a disc. */
+/** Line segments; a segment of zero length is a disc. */
 export class Lines extends Drawn {
   chosen() {
     const program = this.canvas.program("lines", () => ({ vertex: LINE_VERTEX, fragment: LINE_FRAGMENT, cullFace: false }));
@@ -239,7 +240,7 @@ export class Lines extends Drawn {
     return program;
   }
 
-  /** Four vertices for each segment. (Instances would be shorter, but renderers in software draw each of them by itself.) */
+  /** Four vertices for each segment. (Instancing would be shorter, but software renderers draw each instance separately.) */
   makeGeometry({ a, b, ends }, _, capacity) {
     const grow = (data, size) => {
       const out = new Float32Array(size * capacity);
@@ -256,7 +257,7 @@ export class Lines extends Drawn {
     return new Geometry(this.gl, { corner: { size: 2, data: corner }, a: grow(a, 3), b: grow(b, 3), ends: grow(ends, 2), index: { data: index } });
   }
 
-  /** [segments × 6] both ends; [segments × 2] factors of the width at the ends. */
+  /** Sets both ends [segments × 6], and the width factors at the ends [segments × 2]. */
   show(segments, factors) {
     const n = segments.length / 6;
     this.shown = { segments, factors };

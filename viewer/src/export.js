@@ -1,4 +1,4 @@
-// Pictures and movies of the views as they are, offered as files.
+// Export of pictures and movies of the current views as files.
 
 import { css } from "./colours.js";
 import { button, el, group, numeric, row, select } from "./panel.js";
@@ -7,7 +7,8 @@ import { number } from "./units.js";
 import { svg } from "./vector.js";
 
 export class Exporter {
-  /** `shown` has functions of the page: it brings the views to its time, and tells the time in words, the quantity, its unit, and the arrow of a round force. */
+  /** `shown` has functions of the page: to update the views to a time, and to get the time as text, the quantity, its unit, and the reference arrow of
+  the forces. */
   constructor(app, shown) {
     Object.assign(this, { app, shown, width: 2400, background: "white", running: false });
     this.busy = el("output", { class: "small", "aria-live": "polite" });
@@ -23,7 +24,7 @@ export class Exporter {
       file("SVG", "This view as SVG: lines and text for a paper", "svg"), ...movies), this.busy);
   }
 
-  /** The legend of a picture: the bar of the quantity, or the regions by their colours. */
+  /** The legend of a picture: the colour bar of the quantity, or the regions with their colours. */
   #legend() {
     const { s, panes } = this.app;
     const q = this.shown.quantity();
@@ -36,7 +37,7 @@ export class Exporter {
     return entries.size ? { title: "regions", entries: [...entries.values()] } : null;
   }
 
-  /** Settings of a picture of the views as they are. */
+  /** Settings of a picture of the current views. */
   #picture(width, fine) {
     const { canvases, moves, s } = this.app;
     const { clientWidth: w, clientHeight: h } = canvases[0];
@@ -49,7 +50,7 @@ export class Exporter {
     };
   }
 
-  /** A view by itself as the address of a picture. */
+  /** A single view as the data URL of a picture. */
   #alone(pane) {
     const canvas = document.createElement("canvas");
     compose(canvas, [pane], this.app.view, { ...this.#picture(this.width, true), background: null, legend: null, arrow: () => null, words: "" });
@@ -72,7 +73,7 @@ export class Exporter {
     return (kind === "gif" ? gif : webm)(canvas, count, wait, frame);
   }
 
-  /** Makes a picture, or a movie over all times, and offers it as a file. */
+  /** Makes a picture, or a movie over all times, and offers it for download. */
   async file(kind) {
     if (this.running) return null;
     this.running = true;

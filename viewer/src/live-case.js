@@ -1,14 +1,14 @@
-// A case whose states and rows come while its run goes on.
+// A case whose states and rows arrive while its run computes.
 
 import { Case } from "./data.js";
 
-/** A history that keeps its states as they come, where a finished case has principal modes. */
+/** A history that keeps its states as they arrive, whereas a finished case has principal modes. */
 class History {
   constructor(components, size) {
     Object.assign(this, { components, size, error: 0, shapes: [], states: [] });
   }
 
-  /** [components × points] values at a state; between two states linear. */
+  /** Values [components × points] at a state, linear between two states. */
   at(state) {
     const low = Math.min(Math.floor(state), this.states.length - 1);
     if (low < 0) return new Float32Array(this.size);
@@ -18,7 +18,7 @@ class History {
   }
 }
 
-/** One component after the other, from one point after the other. */
+/** Reorders values from point by point to component by component. */
 function byComponent(values, components) {
   if (components === 1) return values;
   const out = new Float32Array(values.length);
@@ -43,13 +43,13 @@ export class LiveCase extends Case {
     this.quantities = [];
     this.offer("displacement", "m", true, this.motion);
     head.fields.forEach((f, k) => this.offer(f.name, f.unit, f.nodal, this.fields[k]));
-    /** By their numbers in the run */
+    /** States by their numbers in the run */
     this.kept = new Map();
     this.rows = new Map();
     this.#arrange();
   }
 
-  /** A state from its bytes, which `Frame::bytes` describes. */
+  /** Reads a state from its bytes, which `Frame::bytes` describes. */
   read(buffer) {
     const view = new DataView(buffer);
     const count = view.getUint32(8, true);
@@ -70,7 +70,7 @@ export class LiveCase extends Case {
     };
   }
 
-  /** Takes a state, and gives up those that the run keeps no longer; it keeps the last one. */
+  /** Adds a state, and drops states that the run no longer keeps; the run keeps the last one. */
   take(number, state, { stride, count }) {
     this.kept.set(number, state);
     for (const k of this.kept.keys()) if (k !== number && k !== count - 1 && (k % stride || k >= count)) this.kept.delete(k);
@@ -88,14 +88,14 @@ export class LiveCase extends Case {
     }
   }
 
-  /** Takes rows, each with its number. */
+  /** Adds rows, each with its number. */
   takeRows(rows, { stride, count }) {
     for (const [number, values] of rows) this.rows.set(number, values);
     for (const k of this.rows.keys()) if (k % stride && k !== count - 1) this.rows.delete(k);
     this.#arrange();
   }
 
-  /** Brings histories, times and curves into the order of the run. */
+  /** Sorts histories, times and curves in the order of the run. */
   #arrange() {
     const states = [...this.kept].sort(([a], [b]) => a - b).map(([, s]) => s);
     this.motion.states = states.map((s) => s.motion);

@@ -10,7 +10,7 @@ const svg = (name, attributes, text) => {
   return out;
 };
 
-/** Places of a slider, the first and the last at the ends of its range. */
+/** Number of positions of a slider, of which the first and the last are the ends of its range. */
 const STEPS = 500;
 
 export class LivePanel {
@@ -27,7 +27,7 @@ export class LivePanel {
     this.element = group("Run", true, this.state, this.buttons, this.list, ...note, this.step, this.plot);
   }
 
-  /** Becomes the first group of a panel. */
+  /** Inserts the controls as the first group of a panel. */
   place(panel) {
     panel.prepend(this.element);
   }
@@ -36,7 +36,7 @@ export class LivePanel {
     this.state.textContent = text;
   }
 
-  /** Says that nothing more comes. */
+  /** Shows that the run has ended. */
   end(text) {
     this.say(text);
     for (const input of this.element.querySelectorAll("button, input")) input.disabled = true;
@@ -63,7 +63,7 @@ export class LivePanel {
     for (const signal of signals) {
       const known = this.signals.get(signal.name) ?? this.#signal(signal);
       known.value = signal.value;
-      // A value that is being typed stays; one that another page has set is shown
+      // A value that is being typed is not overwritten; a value set by another page is shown
       if (document.activeElement !== known.text && document.activeElement !== known.slide) known.show(signal.value);
     }
   }
@@ -109,7 +109,7 @@ export class LivePanel {
     return known;
   }
 
-  /** Errors of the last iterations on a logarithmic axis, one line for each step that was tried. */
+  /** Errors of the last iterations on a logarithmic axis, one line for each attempted step. */
   #iterations(iterations) {
     this.plot.replaceChildren();
     const log = ([, , , , error]) => Math.log10(Math.max(error, 1e-9));

@@ -1,14 +1,14 @@
-// Follows a run while it goes on: asks for its states and rows, and sends commands.
+// Follows a run while it computes: fetches its states and rows, and sends commands.
 
 import { LivePanel } from "./live-panel.js";
 
-/** Attempts to reach a run that does not answer any more. */
+/** Number of attempts to reach a run that no longer answers. */
 const ATTEMPTS = 5;
-/** Time after which a page that was refused asks again [ms]. */
+/** Time after which a refused page tries again [ms]. */
 const PAUSE = 2000;
 
 export class Live {
-  /** `show` makes the view of the case when its first state is there. */
+  /** `show` creates the view of the case when its first state has arrived. */
   constructor(body, settings, show) {
     Object.assign(this, { body, settings, show, app: null, news: null, failures: 0, gone: new Set(), rows: 0, follows: true, commands: [] });
     this.iterations = [];
@@ -33,13 +33,13 @@ export class Live {
     this.#fetch();
   }
 
-  /** Another run is shown at this address now. */
+  /** Handles that another run is now shown at this address. */
   #over() {
     this.source.close();
     this.panel.end("This run has ended. The states that have come stay; load the page again to see the run that goes on now.");
   }
 
-  /** The browser tries again by itself, but not where it was refused; a run that has ended answers no more. */
+  /** Handles a lost connection. The browser reconnects by itself unless it was refused; a run that has ended no longer answers. */
   #fail() {
     if (!this.news?.ended && this.source.readyState === EventSource.CLOSED) return this.#again();
     this.failures += 1;
@@ -47,7 +47,7 @@ export class Live {
     else this.#say("The run does not answer; trying again …");
   }
 
-  /** Says why the run refuses to be followed, as when too many pages are open, and asks again. */
+  /** Shows why the run refuses to be followed, e.g. because too many pages are open, and tries again. */
   async #again() {
     const look = new AbortController();
     const words = await fetch("events", { signal: look.signal }).then((answer) => (answer.ok ? "" : answer.text()), () => "");
@@ -56,7 +56,7 @@ export class Live {
     setTimeout(() => this.#listen(), PAUSE);
   }
 
-  /** Words about the run, also while nothing is shown yet. */
+  /** Shows a message about the run, also while no state is shown yet. */
   #say(text) {
     this.panel.say(text);
     const opening = document.getElementById("state");
@@ -68,7 +68,7 @@ export class Live {
     if (!this.news?.ended) this.panel.end("The run does not answer any more. The states that have come stay.");
   }
 
-  /** Numbers of the states that are still to come: the newest first. */
+  /** Numbers of the states still to be fetched, the newest first. */
   #missing() {
     const { stride, count } = this.news.states;
     const missing = [];
@@ -77,7 +77,7 @@ export class Live {
     return missing;
   }
 
-  /** Asks for one thing after the other, at the pace of this page. */
+  /** Fetches one item after the other, at the pace of this page. */
   async #fetch() {
     if (this.busy) return;
     this.busy = true;
@@ -86,7 +86,7 @@ export class Live {
         const { rows, states } = this.news;
         const [next] = this.#missing();
         if (rows.count > this.rows) {
-          // The answer may be newer than the message that made the page ask, and says itself which rows there are
+          // The response may be newer than the message that triggered the request, and itself says which rows exist
           const { rows: own, ...extent } = await (await fetch(`rows?from=${this.rows}`)).json();
           this.body.takeRows(own, extent);
           this.rows = extent.count;
@@ -99,7 +99,7 @@ export class Live {
       }
       if (this.news.ended) this.source.close();
     } catch {
-      // The stream of events tells whether the run still answers
+      // The event stream tells whether the run still answers
     }
     this.busy = false;
   }
@@ -110,7 +110,7 @@ export class Live {
       this.app = this.show();
       this.panel.place(this.app.panel);
       const seek = this.app.seek.bind(this.app);
-      // The newest state is shown as long as nobody looks at an earlier one
+      // The newest state is shown unless the user has selected an earlier one
       this.app.seek = (t) => {
         seek(t);
         this.follows = Math.round(this.body.stateAt(this.app.s.time)) === this.body.states - 1;
@@ -121,7 +121,7 @@ export class Live {
     if (follows && !this.app.out.running) this.app.seek(this.app.times[1]);
   }
 
-  /** Sends a command; of several values of a signal in short order the last one. */
+  /** Sends a command; of several values of a signal in quick succession only the last one. */
   command(command) {
     const { signal } = command.set ?? {};
     this.commands = this.commands.filter((c) => !signal || c.set?.signal !== signal);

@@ -1,4 +1,4 @@
-// Starts the viewer: reads the cases and shows one, two or all of them; or the run that goes on.
+// Starts the viewer: reads the cases and shows one, two or all of them, or follows the live run.
 
 import { App } from "./app.js";
 import { listCases } from "./data.js";
@@ -12,14 +12,14 @@ let app = null;
 let wanted = null;
 const open = (cases, chosen) => {
   app?.end();
-  // For those who look with the tools of the browser, and for tests
+  // For the developer tools of the browser, and for tests
   globalThis.viewer = app = new App(root, cases, { all, chosen, show });
   return app;
 };
 const show = async (chosen) => {
   wanted = chosen;
   const cases = await Promise.all(chosen.map((k) => all[k].read()));
-  // Something else may have been chosen while these were read
+  // The selection may have changed while these were read
   if (wanted === chosen) open(cases, chosen);
 };
 if (settings) {
@@ -27,6 +27,6 @@ if (settings) {
     globalThis.live = new Live(only, JSON.parse(settings.textContent), () => open([only], [0]));
   });
 } else {
-  // Two cases are next to each other; of more than two the reader chooses
+  // Two cases are shown next to each other; with more than two the reader chooses
   show(all.length > 2 ? [0] : all.map((_, k) => k));
 }

@@ -8,7 +8,7 @@ import { distinct, listTable, table } from "./colours.js";
 const LIGHT = { body: [205, 213, 221], edge: [40, 48, 58], ghost: [110, 118, 128], rigid: [150, 156, 164], floor: [150, 160, 172], held: [20, 20, 20], cable: [0, 114, 178], force: [213, 94, 0] };
 const DARK = { body: [150, 160, 172], edge: [12, 16, 20], ghost: [170, 178, 188], rigid: [112, 120, 130], floor: [120, 132, 146], held: [240, 240, 240], cable: [86, 180, 233], force: [240, 140, 60] };
 
-/** Segments without length: discs. */
+/** Segments of zero length, which are drawn as discs. */
 const discs = (x, points) => {
   const out = new Float32Array(6 * points.length);
   points.forEach((p, k) => {
@@ -17,7 +17,7 @@ const discs = (x, points) => {
   return out;
 };
 
-/** The part of the plane of four points of x under a box, with a margin: two triangles. */
+/** The part below a box, with a margin, of the plane given by four points in x: two triangles. */
 function patch(x, first, [low, high]) {
   const at = (k) => [0, 1, 2].map((i) => x[3 * (first + k) + i]);
   const [corner, ...others] = [at(0), at(1), at(3)];
@@ -27,7 +27,7 @@ function patch(x, first, [low, high]) {
     const shares = [0, 1, 2, 3, 4, 5, 6, 7].map(share);
     return [Math.min(...shares), Math.max(...shares)];
   });
-  // The sides are as long as each other
+  // The sides have equal length
   const margin = 0.1 * Math.max(...ends.map(([from, to]) => to - from));
   const point = (a, b) => corner.map((v, i) => v + (ends[0][a] + (2 * a - 1) * margin) * sides[0][i] + (ends[1][b] + (2 * b - 1) * margin) * sides[1][i]);
   const [p, q, r, s] = [point(0, 0), point(1, 0), point(1, 1), point(0, 1)];
@@ -41,7 +41,7 @@ export class Pane {
     this.canvas = new Canvas(element);
     const add = (object) => this.canvas.add(object);
     this.faces = add(new Faces({}));
-    // The faces of cells are turned outwards; those of a surface from a file need not be
+    // Faces of cells are oriented outwards; those of a surface from a file need not be
     this.faces.isClosed = body.cells.length > 0;
     this.rigid = add(new Faces({ shade: 0.6 }));
     this.cut = add(new Faces({ shade: 0.12 }));
@@ -53,7 +53,7 @@ export class Pane {
     this.guides = add(new Lines({ width: 6, through: true }));
     this.forces = add(new Lines({ width: 2, through: true }));
     this.picked = add(new Lines({ width: 9, through: true }));
-    // Nothing is hidden behind a floor, also from below
+    // A floor hides nothing, even when seen from below
     this.floors = add(new Faces({ shade: 0.1, opacity: 0.4 }));
     this.floors.isFloor = true;
     this.ghost.show(this.surface.sharp());
@@ -68,13 +68,13 @@ export class Pane {
     this.rigidCorners = Uint32Array.from(parts.flatMap((p) => Array.from(p.triangles, (t) => p.first + t)));
   }
 
-  /** The regions that have facets, with a colour each; a later one is drawn over an earlier one. */
+  /** The regions that have facets, each with a colour; later regions are drawn over earlier ones. */
   #regionColours() {
     this.regions = this.body.marked.filter((m) => m.facets.length).map((m, k) => ({ ...m, colour: distinct(k), visible: true }));
     this.sets = this.body.marked.filter((m) => m.kind === "region" && m.points.length).map((m, k) => ({ ...m, colour: distinct(this.regions.length + k), visible: true }));
   }
 
-  /** Everything at a state of the page's settings. */
+  /** Updates everything to a state with the page's settings. */
   update(s) {
     const { body } = this;
     const state = this.state = s.state(body);
@@ -182,7 +182,7 @@ export class Pane {
     this.picked.show(this.pick >= 0 ? discs(x, [this.pick]) : new Float32Array(0));
   }
 
-  /** Draws the state as it was updated. Edges that are only a few pixels long are drawn paler, so that they do not hide the colours. */
+  /** Draws the updated state. Edges that are only a few pixels long are drawn paler, so that they do not hide the colours. */
   draw(view, pixels = 1) {
     const [w, h] = this.canvas.size;
     const half = view.half * Math.max(1, h / w);
@@ -193,7 +193,7 @@ export class Pane {
     this.canvas.draw(view, pixels);
   }
 
-  /** The node of the surface that is drawn nearest to a place of the canvas [CSS pixels]; −1 where there is none. */
+  /** The visible surface node nearest to a position on the canvas [CSS pixels]; −1 if there is none. */
   nodeAt(view, px, py, plane) {
     const { eye, right, up } = view.axes();
     const [w, h] = [this.canvas.canvas.clientWidth, this.canvas.canvas.clientHeight];
@@ -205,7 +205,7 @@ export class Pane {
       if (plane && [0, 1, 2].reduce((sum, i) => sum + plane[i] * this.x[3 * p + i], 0) > plane[3]) continue;
       const dot = (v) => v[0] * d[0] + v[1] * d[1] + v[2] * d[2];
       const away = Math.hypot(w / 2 + (dot(right) / half) * (h / 2) - px, h / 2 - (dot(up) / half) * (h / 2) - py);
-      // Of those under the pointer the one in front
+      // Of the nodes under the pointer, the frontmost
       const score = away - (dot(eye) / view.radius) * 12;
       if (away < 14 && score < best.score) best = { at: p, score };
     }

@@ -1,4 +1,4 @@
-// Small pieces of the page: elements, groups of controls, and the inputs in them.
+// Building blocks of the page: elements, groups of controls, and the inputs in them.
 
 import { read } from "./units.js";
 
@@ -14,7 +14,7 @@ export function el(name, attributes = {}, ...children) {
   return out;
 }
 
-/** A group that folds. */
+/** A collapsible group. */
 export const group = (title, open, ...children) => el("details", { open, class: "group" }, el("summary", {}, title), ...children);
 
 export const row = (label, input) => el("label", { class: "row" }, el("span", {}, label), input);
@@ -51,7 +51,7 @@ export function field(label, value, change, width = "5.5em") {
   return input;
 }
 
-/** A field of a number from `low` to `high`; in the place of any other text the number before it comes back. */
+/** A field for a number from `low` to `high`; any other text is replaced by the previous number. */
 export function numeric(label, value, [low, high], change) {
   const input = field(label, String(value), (text) => {
     const v = read(text);
@@ -68,7 +68,7 @@ const PATHS = {
   theme: "M8 1a7 7 0 1 0 0 14z M8 1a7 7 0 0 1 0 14v-1a6 6 0 0 0 0-12z", menu: "M2 3h12v2H2z M2 7h12v2H2z M2 11h12v2H2z",
 };
 
-/** A drawing of 16 pixels for a button. */
+/** A 16-pixel icon for a button. */
 export function icon(name) {
   const make = (kind, attributes) => {
     const out = document.createElementNS("http://www.w3.org/2000/svg", kind);

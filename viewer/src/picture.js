@@ -1,4 +1,4 @@
-// Pictures of the views as they are on the page: PNG, animated GIF, and WebM.
+// Pictures of the current views: PNG, animated GIF, and WebM.
 
 import { GIFEncoder, applyPalette, quantize } from "gifenc";
 import { colour, css } from "./colours.js";
@@ -21,7 +21,7 @@ export function compose(canvas, panes, view, o) {
   const unit = Math.max(10, height / 32);
   c.fillStyle = c.strokeStyle = o.ink;
   panes.forEach((pane, k) => {
-    // Pictures twice as fine and scaled down, as far as graphics cards can
+    // Views are drawn at twice the resolution and scaled down, as far as the graphics card allows
     pane.canvas.resize(each, height, o.fine ? Math.min(2, 8192 / each, 8192 / height) : 1);
     pane.draw(view, each / o.shown);
     c.imageSmoothingQuality = "high";
@@ -41,17 +41,17 @@ export function compose(canvas, panes, view, o) {
   if (o.legend) (o.legend.entries ? list : legend)(c, o, place);
 }
 
-/** Share of a picture that its legend takes; `unit` is the size of its letters as such a share. */
+/** Fraction of a picture that its legend takes; `unit` is the font size as such a fraction. */
 export function share(legend, unit) {
   if (!legend?.entries) return legend ? 0.13 : 0;
   const longest = Math.max(...legend.entries.map((e) => e.name.length));
   return Math.min(0.3, Math.max(0.13, (0.6 * longest + 3) * unit));
 }
 
-/** Distance of the lines of a list in a picture of this height. */
+/** Line spacing of a list in a picture of this height. */
 export const lineOf = (entries, height, unit) => Math.min(1.5 * unit, (0.9 * height) / (entries.length + 1));
 
-/** An arrow of a force with its words. */
+/** A force arrow with its label. */
 function forceScale(c, { length, colour: ink, text }, [x, y], unit) {
   const head = Math.min(0.5 * unit, 0.5 * length);
   c.fillStyle = ink;
@@ -62,7 +62,7 @@ function forceScale(c, { length, colour: ink, text }, [x, y], unit) {
   c.fillText(text, x + length + 0.5 * unit, y + 0.35 * unit);
 }
 
-/** The names of a legend with their colours. */
+/** The entries of a legend with their colours. */
 function list(c, o, { x, width, height, unit }) {
   const { entries, title } = o.legend;
   const line = lineOf(entries, height, unit);
@@ -109,7 +109,7 @@ function legend(c, o, { x, width, height, unit }) {
   lines.forEach((line, k) => c.fillText(line, x, top - 0.6 * unit - (lines.length - 1 - k) * unit));
 }
 
-/** Offers bytes as a file. */
+/** Offers bytes for download as a file. */
 export function save(blob, name) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
@@ -120,7 +120,7 @@ export function save(blob, name) {
 
 export const png = (canvas) => new Promise((done) => canvas.toBlob(done, "image/png"));
 
-/** An endless GIF of `count` pictures; `paint(k)` draws picture k on the canvas. */
+/** A looping GIF of `count` pictures; `paint(k)` draws picture k on the canvas. */
 export async function gif(canvas, count, milliseconds, paint) {
   const out = GIFEncoder();
   for (let k = 0; k < count; k++) {
@@ -134,7 +134,7 @@ export async function gif(canvas, count, milliseconds, paint) {
   return new Blob([out.bytes()], { type: "image/gif" });
 }
 
-/** A WebM of the same, in the time that it shows. */
+/** A WebM movie of the pictures, recorded in real time. */
 export async function webm(canvas, count, milliseconds, paint) {
   await paint(0);
   const kind = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"].find((k) => globalThis.MediaRecorder?.isTypeSupported(k));
@@ -149,7 +149,7 @@ export async function webm(canvas, count, milliseconds, paint) {
   for (let k = 0; k < count; k++) {
     const from = performance.now();
     await paint(k);
-    // The track has it by the standard, the stream in Firefox
+    // In the standard it belongs to the track, in Firefox to the stream
     (track.requestFrame ? track : stream).requestFrame();
     await new Promise((next) => setTimeout(next, Math.max(0, milliseconds - (performance.now() - from))));
   }

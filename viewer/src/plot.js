@@ -1,4 +1,4 @@
-// A recorded column over time, with a mark at the state that is shown.
+// A plot of a recorded column over time, with a mark at the displayed state.
 
 import { ticks } from "./units.js";
 import { PALETTE, css } from "./colours.js";
@@ -12,17 +12,18 @@ const node = (name, attributes, text) => {
   return out;
 };
 
-/** Changes of a column below this share of the largest number in its unit are rounding. */
+/** Change of a column, relative to the largest number in its unit, below which it is rounding. */
 const ROUNDING = 1e-5;
 
-/** Words and unit of a column, as the first case that has it names them. */
+/** Label and unit of a column, from the first case that has it. */
 export function label(cases, name) {
   const { columns, labels } = cases.find((c) => c.curves.columns.includes(name)).curves;
   const [words, unit] = labels[columns.indexOf(name)];
   return { words, unit };
 }
 
-/** The column that is shown first: a place, a tension or an angle that changes by more than rounding, else the first column that does; energies and counts of the solver come last. */
+/** The column that is shown first: a position, tension or angle that changes by more than rounding, otherwise the first column that does; energies and
+solver counts come last. */
 export function firstColumn(cases) {
   const all = cases.flatMap((c) => c.curves.columns.slice(1).map((name, k) => ({ name, unit: label([c], name).unit, values: c.curves.values[k + 1].filter(Number.isFinite) })));
   const largest = new Map();
@@ -33,7 +34,7 @@ export function firstColumn(cases) {
   return (moving.find(({ name }) => /(_[xyz]_m|_tension_N|_angle_deg)$/.test(name)) ?? moving[0] ?? usual[0] ?? all[0])?.name;
 }
 
-/** Draws a column of all cases along their axis; `seek` takes the time that is pointed at. */
+/** Draws a column of all cases along their axis; `seek` receives the time under the pointer. */
 export class Plot {
   constructor(svg, cases, seek) {
     Object.assign(this, { svg, cases, seek });

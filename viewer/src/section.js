@@ -1,7 +1,7 @@
-// Plane sections through the cells: the cut faces with their values, and the outlines of the cut elements.
+// Plane sections through the cells: the cut polygons with their values, and the outlines of the cut elements.
 
-// A quadratic tetrahedron as eight linear ones, nodes in VTK's order, and for each of their faces (opposite to corner 0 … 3) whether it is a part of a face of
-// the whole.
+// A quadratic tetrahedron as eight linear ones, nodes in VTK order, and for each of their faces (opposite corner 0 … 3) whether it is part of a face
+// of the parent.
 const LINEAR = [{ nodes: [0, 1, 2, 3], outer: [1, 1, 1, 1] }];
 const QUADRATIC = [
   { nodes: [0, 4, 6, 7], outer: [0, 1, 1, 1] },
@@ -14,7 +14,7 @@ const QUADRATIC = [
   { nodes: [6, 7, 8, 9], outer: [0, 0, 1, 0] },
 ];
 
-/** Numbers that grow. */
+/** A growable array of numbers. */
 class Numbers {
   constructor() {
     this.data = new Float32Array(1 << 14);

@@ -1,9 +1,9 @@
-// What is drawn of the body: its faces, the edges of its elements, subdivided where they are curved.
+// The drawn surface of the body: its faces and the edges of its elements, subdivided where they are curved.
 
-/** Segments of a curved edge: fewer where there are many faces. */
+/** Number of segments of a curved edge: fewer if there are many faces. */
 const segments = (facets) => (facets > 12000 ? 2 : facets > 4000 ? 3 : 4);
 
-/** Faces and edges of a case as weights of its points. */
+/** Faces and edges of a case as weighted sums of its points. */
 export class Surface {
   constructor(body) {
     this.body = body;
@@ -39,7 +39,7 @@ export class Surface {
       }
     }
     this.weights = weights;
-    /** Two barycentric coordinates of each vertex in its face, by which the edges of the element are drawn */
+    /** Two barycentric coordinates of each vertex in its face, from which the edges of the element are drawn */
     this.local = new Float32Array(this.facetCount * local.length);
     for (let f = 0; f < this.facetCount; f++) this.local.set(local, f * local.length);
     this.vertexCount = this.facetCount * weights.length;
@@ -87,7 +87,7 @@ export class Surface {
     return out;
   }
 
-  /** Values at the vertices: of the nodes, or of the cell behind each face. */
+  /** Values at the vertices: those of the nodes, or of the cell behind each face. */
   values(values, nodal, out = new Float32Array(this.vertexCount)) {
     const { facets, facetNodes, facetCells } = this.body;
     for (let f = 0, k = 0; f < this.facetCount; f++) {
@@ -101,7 +101,7 @@ export class Surface {
     return out;
   }
 
-  /** One number for each face, at its vertices. */
+  /** One number per face, at each of its vertices. */
   perFacet(numbers, out = new Float32Array(this.vertexCount)) {
     const local = this.weights.length;
     for (let k = 0; k < out.length; k++) out[k] = numbers[(k / local) | 0];
@@ -138,7 +138,7 @@ export class Surface {
     return sum / Math.max(1, this.edges.length / 3);
   }
 
-  /** The segments of edges at which faces meet at more than 35° at rest: the outline of the ghost. */
+  /** The segments of edges at which two faces form an angle above 35° at rest: the outline of the ghost. */
   sharp() {
     const { facets, facetNodes, rest, count } = this.body;
     const normals = new Map();

@@ -7,7 +7,7 @@ const PREFIXES = {
   "m/s": [[1, "mm/s", 1e3], [Infinity, "m/s", 1]],
 };
 
-/** Unit and factor for numbers up to `size` in a unit of the SI. */
+/** Unit and factor for numbers up to `size` in an SI unit. */
 export function scaled(unit, size) {
   const all = PREFIXES[unit];
   if (!all || !(size > 0)) return { unit, factor: 1 };
@@ -15,19 +15,19 @@ export function scaled(unit, size) {
   return { unit: name, factor };
 }
 
-/** The number that a text is, with a decimal point or comma; not a number for any other text. */
+/** Parses a number with a decimal point or comma; NaN for any other text. */
 export const read = (text) => {
   const plain = text.trim().replaceAll("−", "-").replace(",", ".");
   return plain === "" ? NaN : Number(plain);
 };
 
-/** The largest of 1, 2 and 5 times a power of ten that is not above a size. */
+/** The largest value of the form 1, 2 or 5 times a power of ten that is not above a size. */
 export function rounded(size) {
   const ten = 10 ** Math.floor(Math.log10(size));
   return [5, 2, 1].map((f) => f * ten).find((v) => v <= size * 1.000001) ?? ten;
 }
 
-/** With a power of ten, and no zeros at the end of so many decimals. */
+/** In exponential notation, with a given number of decimals, without trailing zeros. */
 const powered = (v, decimals) => v.toExponential(Math.max(0, decimals)).replace(/\.?0+e/, "e");
 
 /** Four digits. */
@@ -39,7 +39,7 @@ export function number(v, digits = 4) {
   return text.replaceAll("-", "−");
 }
 
-/** Digits of a number that tell it from others at this distance with a tenth of it: four, or more. */
+/** Number of digits that resolves a tenth of the distance to other numbers: four or more. */
 export function digits(v, gap) {
   const count = Math.ceil(Math.log10(Math.abs(v) / gap)) + 2;
   return Number.isFinite(count) ? Math.min(15, Math.max(4, count)) : 4;
@@ -47,7 +47,7 @@ export function digits(v, gap) {
 
 const exponent = (v) => Number(Math.abs(v).toExponential().split("e")[1]);
 
-/** Round numbers between two ends, each with its text: in one notation, with the digits by which neighbours differ. */
+/** Round numbers between two ends, each with its text: in one notation, with the digits that distinguish neighbours. */
 export function ticks(low, high, count = 5) {
   const span = high - low;
   if (!(span > 0)) return [{ value: low, text: number(low) }];

@@ -1,21 +1,21 @@
-// The views as a vector graphic: faces and lines from back to front, so that nearer ones hide farther ones.
+// The views as a vector graphic: faces and lines are drawn from back to front, so that nearer ones hide farther ones.
 
 import { colour, css } from "./colours.js";
 import { lineOf, share } from "./picture.js";
 import { ticks } from "./units.js";
 
-/** Above so many shapes a view becomes a picture within the graphic: editors of vector graphics do not open more. */
+/** Number of shapes above which a view becomes a bitmap within the graphic: editors of vector graphics cannot open more. */
 const MOST = 60_000;
-/** Grades of a colour that one triangle may have: it is divided until its parts have one each. */
+/** Number of colour grades: a triangle is divided until each part has a single grade. */
 const GRADES = 32;
-/** Most parts of a side of a triangle. */
+/** Largest number of parts of a triangle side. */
 const PARTS = 4;
 
 const escape = (text) => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 const hex = (c) => `#${c.map((v) => Math.round(Math.min(255, Math.max(0, v))).toString(16).padStart(2, "0")).join("")}`;
 const short = (v) => String(Math.round(v * 100) / 100);
 
-/** From points of space to [x, y] of a picture of this size and the depth, which grows towards the eye. */
+/** Maps points in space to [x, y] in a picture of this size, and the depth, which increases towards the eye. */
 function projection(view, width, height) {
   const { eye, right, up } = view.axes();
   const scale = view.scale(width, height);
@@ -24,7 +24,7 @@ function projection(view, width, height) {
   return (p) => [width / 2 + scale * along(right, p), height / 2 - scale * along(up, p), scale * along(eye, p)];
 }
 
-/** What is left of a polygon of vertices [x, y, z, …] on the side normal · x ≤ offset. */
+/** Clips a polygon of vertices [x, y, z, …] to the side normal · x ≤ offset. */
 function clipped(polygon, [a, b, c, d]) {
   const side = (p) => a * p[0] + b * p[1] + c * p[2] - d;
   const out = [];
@@ -51,7 +51,7 @@ function divided([p, q, r], n) {
   return out;
 }
 
-/** The direction of light, to the right, up and to the eye. */
+/** Light direction, as components to the right, up and towards the eye. */
 const LIGHT = [-0.35, 0.5, 0.8].map((v) => v / Math.hypot(0.35, 0.5, 0.8));
 
 /** The colour of a triangle of [x, y, depth, value]. */
@@ -111,7 +111,7 @@ function* faceShapes(faces, project, width) {
   }
 }
 
-/** Floors, each as one shape: behind all others, or in front of them where they are seen from below. */
+/** Floors, each as one shape: behind all others, or in front of them if they are seen from below. */
 function* floorShapes(faces, project) {
   const { position } = faces.shown;
   const { colour: ink, opacity } = faces.options;
@@ -122,7 +122,7 @@ function* floorShapes(faces, project) {
   }
 }
 
-/** The shapes of segments: lines, discs where they have no length, arrows where the ends have two widths. */
+/** The shapes of segments: lines, discs if they have no length, arrows if the ends have different widths. */
 function* lineShapes(lines, project, width) {
   const { segments, factors } = lines.shown;
   const { width: wide, colour: ink, opacity = 1, plane = [0, 0, 0, 1], through } = lines.options;
@@ -148,7 +148,7 @@ function* lineShapes(lines, project, width) {
   }
 }
 
-/** The shapes of a view from back to front; none where there are too many. */
+/** The shapes of a view from back to front; nothing if there are too many. */
 function shapes(pane, view, width, height) {
   const project = projection(view, width, height);
   const all = [];
@@ -160,7 +160,7 @@ function shapes(pane, view, width, height) {
       if (all.length > 4 * MOST) return null;
     }
   }
-  // Edges that two elements share are drawn once
+  // Edges shared by two elements are drawn once
   const seen = new Set();
   const once = all.filter((s) => !s.edge || (!seen.has(s.svg) && seen.add(s.svg)));
   return once.length > MOST ? null : once.map((s, order) => ({ ...s, order })).sort((a, b) => a.depth - b.depth || a.order - b.order).map((s) => s.svg);
@@ -189,7 +189,7 @@ function legend(o, x, width, height, size) {
   const lines = [""];
   for (const word of title.split(" ")) {
     const next = `${lines.at(-1)} ${word}`.trim();
-    // Letters of this family are about half as wide as they are high
+    // Letters of this font are about half as wide as they are high
     if (lines.at(-1) && 0.55 * size * next.length > width) lines.push(word);
     else lines[lines.length - 1] = next;
   }
@@ -197,7 +197,7 @@ function legend(o, x, width, height, size) {
   return out.join("");
 }
 
-/** An arrow of a force with its words. */
+/** A force arrow with its label. */
 function forceScale({ length, colour: ink, text }, [x, y], size) {
   const head = Math.min(0.5 * size, 0.5 * length);
   const corners = [[length, 0], [length - head, 0.25 * size], [length - head, -0.25 * size]].map(([dx, dy]) => `${short(x + dx)} ${short(y + dy)}`);
@@ -205,7 +205,7 @@ function forceScale({ length, colour: ink, text }, [x, y], size) {
   return `${line}<path d="M${corners.join("L")}z" fill="${ink}"/><text x="${short(x + length + 0.5 * size)}" y="${short(y + 0.35 * size)}" fill="${ink}">${escape(text)}</text>`;
 }
 
-/** The names of a legend with their colours. */
+/** The entries of a legend with their colours. */
 function list({ entries, title }, x, width, height, size) {
   const line = lineOf(entries, height, size);
   const top = (height - line * (entries.length + 1)) / 2;
@@ -219,7 +219,7 @@ function list({ entries, title }, x, width, height, size) {
   return `<g font-size="${short(0.65 * line)}"><text x="${short(x)}" y="${short(top + 0.7 * line)}">${escape(title)}</text>${written.join("")}</g>`;
 }
 
-/** The graphic of all views next to each other with names, time and colour bar; `picture` gives a view as a picture where it has too many shapes. */
+/** The graphic of all views next to each other with names, time and colour bar; `picture` gives a view as a bitmap if it has too many shapes. */
 export function svg(panes, view, o, picture) {
   const { width: each, height } = o.size;
   const [size, all] = [13, each * panes.length];

@@ -1,4 +1,4 @@
-"""Requests for the tests, and a reader of what they wrote."""
+"""Requests for the tests, and a reader of the written files."""
 
 import contextlib
 import gzip
@@ -28,7 +28,7 @@ def defaults(body: str, **changes) -> dict:
 
 
 class Case(unittest.TestCase):
-    """A test with a folder of its own."""
+    """A test with a temporary folder of its own."""
 
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -38,7 +38,7 @@ class Case(unittest.TestCase):
         return str(Path(self.folder.name) / name)
 
     def parameters(self, file: str, unit: float = 1e-3) -> dict:
-        """Those of a CAD or surface file as the program sends them: the format is known."""
+        """The parameters of a CAD or surface file as the program sends them: with the known format."""
         ending = file.removesuffix(".gz").rpartition(".")[2].lower()
         return {"path": self.path(file), "unit_m": unit, "kind": "cad" if ending in CAD else "surface", "format": ending}
 
@@ -49,7 +49,7 @@ class Case(unittest.TestCase):
         return self.send(text)
 
     def send(self, text: str) -> tuple:
-        """Answer a request in this process; see `test_process` for one of its own."""
+        """Answer a request in this process; `test_process` tests a separate process."""
         with contextlib.redirect_stderr(io.StringIO()):
             answer, code = serve(text)
         return code, json.loads(json.dumps(answer))
@@ -63,21 +63,21 @@ class Case(unittest.TestCase):
         return answer
 
     def refused(self, code: int, words: str, *args, **kwargs) -> dict:
-        """The error of a request that must fail, whose text must contain some words."""
+        """The error of a request that must fail, whose text must contain the given words."""
         got, answer = self.ask(*args, **kwargs)
         self.assertEqual(got, code, answer)
         self.assertIn(words, answer["error"] + " " + answer["hint"])
         return answer
 
     def covers_boundary(self, manifest: dict, names: str = "") -> None:
-        """The facet regions whose names begin with some letters are the boundary together, each facet once."""
+        """The facet regions whose names begin with a prefix together are the boundary, with each facet once."""
         counts = [region["count"] for name, region in manifest["regions"].items() if region["dim"] == 2 and name.startswith(names)]
         self.assertEqual(sum(counts), manifest["facets"])
         self.assertEqual(manifest["regions"]["body"], {"dim": 3, "count": manifest["cells"]})
 
 
 def read_msh(path: str) -> dict:
-    """A strict little reader: names, nodes, elements by (dim, entity), physical tags of entities."""
+    """A small strict reader: names, nodes, elements by (dim, entity), physical tags of entities."""
     data = Path(path).read_bytes()
     text = (gzip.decompress(data) if path.endswith(".gz") else data).decode()
     section = {name: body.strip().split("\n") for name, body in re.findall(r"\$(\w+)\n(.*?)\$End\1\n", text, re.S)}

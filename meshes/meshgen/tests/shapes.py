@@ -6,7 +6,7 @@ import numpy as np
 
 
 def joined(*parts: tuple) -> tuple:
-    """Several surfaces in one, with their own nodes."""
+    """Several surfaces in one, without common nodes."""
     shift = np.cumsum([0] + [len(points) for points, _ in parts])
     return np.concatenate([p for p, _ in parts]), np.concatenate([t + s for (_, t), s in zip(parts, shift)])
 
@@ -20,7 +20,7 @@ def reversed_(part: tuple) -> tuple:
 
 
 def blocks(cells, edge=(1.0, 1.0, 1.0)) -> tuple:
-    """The boundary of unit blocks at integer places, each square cut into two triangles; nodes are shared."""
+    """The boundary of unit blocks at integer positions, each square cut into two triangles; nodes are shared."""
     cells = set(map(tuple, cells))
     nodes, triangles = {}, []
     for cell in sorted(cells):

@@ -24,7 +24,7 @@ class Abaqus(Case):
         return convert.read(Path(self.path("a.inp")), "abaqus")
 
     def sizes(self, text: str) -> dict:
-        """Members of all sets, those of cells and facets with their kind."""
+        """Members of all sets; cells and facets with their kind."""
         blocks = self.read(text)
         of_cells = {name: {kind: int(m.sum()) for (kind, _), m in zip(blocks.cells, masks) if m.any()} for name, masks in blocks.sets.items()}
         return of_cells | {name: len(nodes) for name, nodes in blocks.node_sets.items()}
@@ -81,7 +81,7 @@ class Abaqus(Case):
         self.assertIn('$MeshgenNodeSets\n2\n1 "face"\n2 "wall"\n$EndMeshgenNodeSets\n', text)
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
-        # So have a surface of shells and an element set of solids, but not an element set of solids and shells
+        # The same holds for a surface of shells and an element set of solids, but not for an element set of solids and shells
         skin = "*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=both\n 1, 9\n"
         blocks = self.read(f"{NODES}{TETS}{skin}*Elset, elset=top\n 1\n*Surface, name=Top\n skin, SPOS\n")
         self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"top": 0})
@@ -103,7 +103,7 @@ class Abaqus(Case):
             ("node set b refers to node set gone", "*Nset, nset=b\n a\n*Nset, nset=a\n gone\n"),
         ):
             self.refuse(words, TWO + more + END)
-        # Labels that are generated may have gaps, and reference points and springs are no part of the mesh
+        # Generated labels may have gaps, and reference points and springs are not part of the mesh
         more = "*Node, nset=point\n 1, 9, 9, 9\n*Nset, nset=a, instance=P-1, generate\n 1, 1000000000, 2\n*Nset, nset=held\n point, a\n"
         self.assertEqual(self.sizes(TWO + more + END), {"point": 0, "a": 3, "held": 3, "Root": 6, "all": {4: 4}})
         self.assertEqual(len(self.read(TWO + more + END).points), 10)
@@ -197,7 +197,7 @@ class Abaqus(Case):
             self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
 
     def test_plates_apart_from_the_solids(self):
-        """A rigid counterpart of a contact, a membrane or a shell with nodes of its own is left out of its sets, which is told."""
+        """A rigid counterpart of a contact, a membrane or a shell with nodes of its own is left out of its sets, with a note."""
         apart = "*Node\n 11, 0, 0, -5\n 12, 1, 0, -5\n 13, 1, 1, -5\n 14, 0, 1, -5\n"
         for kind in ("R3D4", "S4R", "M3D4"):
             plate = f"{apart}*Element, type={kind}, elset=plate\n 8, 11, 12, 13, 14\n*Surface, name=counterpart\n plate, SPOS\n"
@@ -212,7 +212,7 @@ class Abaqus(Case):
             self.assertEqual(self.read(f"{NODES}{TETS}{more}").notes[0], "left out of the set skin: 1 element (shells, membranes or rigid faces) apart from the solids")
             self.assertIn("left out of the set all: 2 elements (shells, membranes or rigid faces) apart from the solids", self.read(f"{NODES}{TETS}{more}").notes)
         self.assertEqual(self.read(f"{NODES}{TETS}*Element, type=S8R, elset=thick\n 8, 1, 2, 3, 4, 1, 2, 3, 4\n").notes, ["sets whose elements are neither solids nor faces of solids are no regions: thick"])
-        # A surface alone is that of a body which is made of it
+        # A surface without cells is the surface of a body that is made from it
         self.assertEqual(self.read(f"{apart}*Element, type=S4R, elset=plate\n 8, 11, 12, 13, 14\n").notes, [])
 
     def test_shells_with_six_nodes(self):
@@ -227,7 +227,7 @@ class Abaqus(Case):
         self.refuse("line 15: node 1 is defined before, and differently", NODES + TETS + SETS + NODES.replace(" 1, 0, 0, 0", " 1, 0, 0, 9"))
         self.refuse("line 11: element 2 is defined before, and differently", NODES + TETS + "*Element, type=C3D4\n 2, 1, 3, 4, 5\n")
         self.refuse("line 13: element 1 is defined before, and differently", NODES + TETS + "*Element, type=C3D10\n 1, 1, 2, 3, 4, 5,\n 6, 7, 8, 9,\n 10\n")
-        # Each part and instance has labels of its own, and one of an instance adds to those of its part
+        # Each part and instance has its own labels, and an instance can add to those of its part
         self.assertEqual(len(self.read(TWO + END).points), 10)
         more = TWO.replace(" 0, 0, 5\n", " 0, 0, 5\n*Node\n 1, 7, 7, 7\n")
         self.refuse("node 1 is defined before, and differently", more + END)

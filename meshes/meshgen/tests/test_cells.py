@@ -1,4 +1,4 @@
-"""Cells: their shapes against values by hand, their order, and the regions of their facets."""
+"""Cells: their shapes against values computed by hand, their order, and the regions of their facets."""
 
 import unittest
 

@@ -236,7 +236,7 @@ class Files(Case):
         self.assertEqual(whole, manifest["cells"])
 
     def test_levels_of_a_surface(self):
-        """Each cell of a surface file becomes eight; those of order 2 are the ones of order 1 with nodes in the middle of straight edges."""
+        """Each cell of a surface file becomes eight; those of order 2 are the ones of order 1 with mid-edge nodes on straight edges."""
         self.export("part.stl")
         coarse = self.take("part.stl", size={"length": 0.004})
         linear, quadratic = (self.take("part.stl", size={"length": 0.004, "levels": 1}, order=order) for order in (1, 2))

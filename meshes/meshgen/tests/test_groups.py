@@ -1,4 +1,4 @@
-"""Groups and values of mesh files as regions, nodes with any numbers, and files that are not what their ending says."""
+"""Groups and values of mesh files as regions, nodes with any numbers, and files whose content does not match their extension."""
 
 from pathlib import Path
 

@@ -15,7 +15,7 @@ from .shapes import prism
 
 class Recover(unittest.TestCase):
     def test_solids_of_cells(self):
-        """A centre in no solid, as that of a chord of a hollow, belongs to the nearest one."""
+        """A centre outside of all solids, such as that of a chord of a hollow surface, belongs to the nearest solid."""
         with session():
             low, high = (gmsh.model.occ.addBox(0, 0, z, 10, 10, 5) for z in (0, 15))
             gmsh.model.occ.synchronize()

@@ -1,4 +1,4 @@
-"""Requests that cannot be meant: exit code 2, a message that names the place, a remedy."""
+"""Invalid requests: exit code 2, a message that names the place, a remedy."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Surfaces as people have them: each is meshed with the volume that it encloses, or refused with the place of its defect."""
+"""Surfaces as found in practice: each is meshed with the volume that it encloses, or refused with the place of its defect."""
 
 import os
 import struct
@@ -134,7 +134,7 @@ class Surfaces(Case):
         self.reject("not finite", (points, triangles))
 
     def test_polygons(self):
-        """Faces with more than three corners, convex or not, wherever they begin; those that cross themselves are refused."""
+        """Faces with more than three corners, convex or not, with any first corner; self-crossing faces are refused."""
         bent = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
         hexagon = [(10 * np.cos(a), 10 * np.sin(a)) for a in np.pi / 3 * np.arange(6)]
         for start in range(6):
@@ -318,7 +318,7 @@ class Surfaces(Case):
             self.reject(words, file="bad.ply")
 
     def test_routes(self):
-        """If gmsh cannot map the faces to the plane, CGAL makes their triangles anew; if that fails too, all reasons are told."""
+        """If gmsh cannot map the faces to the plane, CGAL remeshes them; if that fails too, all reasons are reported."""
         failing = unittest.mock.patch.object(surface_mesh, "parametrised", side_effect=MesherFailed("Wrong topology of boundary mesh"))
         with failing:
             for part, volume in ((HOLLOW, 12**3 - 6**3), (blocks(GENUS_2, (4, 4, 4)), 13 * 64)):

@@ -37,44 +37,45 @@ pub struct Args {
     /// Change a key, e.g. --set mesh.cells=9300
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
-    /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection; in ParaView, Warp By Vector with displacement_m deforms the grid
+    /// Write displacement and stretch at every point of the time grid as VTU, with a PVD collection; in ParaView, Warp By Vector with displacement_m
+    /// deforms the grid
     #[arg(long)]
     pub(super) vtu: bool,
-    /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables by a number of the scene, several times, e.g.
-    /// --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not in implicit_euler_linearised or _corrected
+    /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables with respect to a number of the scene; may be repeated,
+    /// e.g. --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not with implicit_euler_linearised or _corrected
     #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller", "replay"])]
     pub(super) sensitivity: Vec<String>,
     /// Do not write <name>.html, the page that shows the motion in three dimensions
     #[arg(long)]
     pub(super) no_view: bool,
-    /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves again on an
-    /// enriched mesh: a static scene at the times of largest departure, one that depends on its path from the start
+    /// Estimate the discretisation error of a recorded quantity (may be repeated), or of all; writes <name>.errors.csv. Solves again on an
+    /// enriched mesh: a static scene at the times of the largest deviation, a path-dependent scene from the start
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
           conflicts_with_all = ["restart", "controller", "replay"])]
     pub(super) error: Vec<String>,
-    /// With --error: show on the page where in the mesh the error comes from, as a colour of the cells; an adjoint solution for each
-    /// quantity. Not where the state depends on the path
+    /// With --error: show on the page where in the mesh the error comes from, by the colour of the cells; takes one adjoint solution per
+    /// quantity. Not for path-dependent scenes
     #[arg(long, requires = "error", conflicts_with = "no_view")]
     pub(super) error_cells: bool,
-    /// Save a state to restart from at a time ("0.5 s"), or at the `end`; several times
+    /// Save a state to restart from at a time ("0.5 s"), or at the `end`; may be repeated
     #[arg(long, value_name = "WHEN")]
     pub(super) save_state: Vec<String>,
-    /// Go on from a saved state of this scene; the files come out as if the run had never been cut
+    /// Continue from a saved state of this scene; the files are the same as those of an uninterrupted run
     #[arg(long, value_name = "FILE")]
     pub(super) restart: Option<PathBuf>,
-    /// Wall time after which <name>-partial.state is saved, again and again; it is removed when the results are written
+    /// Wall-clock interval at which <name>-partial.state is saved; it is removed when the results are written
     #[arg(long, value_name = "TIME", default_value = "2 min")]
     pub(super) checkpoint: String,
     #[command(flatten)]
     pub control: ControlArgs,
-    /// Show the run in a browser while it goes on: serves a page on this machine alone (127.0.0.1), at an address with a token that is printed.
-    /// The page pauses the run, takes single steps, and sets the `controlled` signals of the scene, which <name>.control.csv records
+    /// Show the run in a browser while it computes: serves a page on this machine only (127.0.0.1), at a printed address with a token.
+    /// The page can pause the run, take single steps, and set the `controlled` signals of the scene, which are recorded in <name>.control.csv
     #[arg(long)]
     pub(super) live: bool,
-    /// Port of the live view; 0 is a free one
+    /// Port of the live view; 0 takes a free port
     #[arg(long, value_name = "N", default_value_t = 0, requires = "live")]
     pub(super) port: u16,
-    /// With --live: wait at the first state until a page lets the run go on
+    /// With --live: wait at the first state until a page starts the run
     #[arg(long, requires = "live")]
     pub(super) paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
@@ -86,7 +87,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The scene with its changes: file, content and text.
+    /// Reads the scene and applies the changes; returns its file, content and text.
     pub(super) fn read(&self) -> Result<(PathBuf, SceneSpec, String), Box<dyn std::error::Error>> {
         let file = files::find(&self.scene, "scene.toml")?;
         let (spec, text) = read_scene(&file, &changes(&self.set)?)?;

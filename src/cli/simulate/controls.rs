@@ -1,4 +1,4 @@
-//! Who sets the `controlled` signals of `durometer simulate`: a program, a recording, or a page of the live view.
+//! Sources of the `controlled` signals of `durometer simulate`: a program, a recording, or a page of the live view.
 
 use durometer::catalogue::brought_command;
 use durometer::live::{Board, HandControl};
@@ -14,24 +14,24 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// Flags of whoever sets the `controlled` signals.
+/// Flags that choose what sets the `controlled` signals.
 #[derive(clap::Args)]
 pub struct ControlArgs {
-    /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
+    /// Program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
     #[arg(long, value_name = "COMMAND")]
     pub controller: Option<String>,
-    /// Longest time for an answer of the controller
+    /// Time limit for an answer of the controller
     #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
     controller_timeout: String,
     /// Set the `controlled` signals as a page of the live view did: a file <name>.control.csv
     #[arg(long, value_name = "FILE", conflicts_with = "controller")]
     replay: Option<PathBuf>,
-    /// Let --restart go on under another controller, recording or page than that of the saved state; the record notes from when
+    /// Let --restart continue with a controller, recording or page different from that of the saved state; the record notes from which time
     #[arg(long, requires = "restart")]
     pub other_controller: bool,
 }
 
-/// Sets the controlled signals.
+/// The source of the values of the controlled signals.
 pub enum Source {
     /// The scene has none
     None,
@@ -42,7 +42,7 @@ pub enum Source {
 }
 
 impl ControlArgs {
-    /// Who sets the signals. A scene that leaves none to a controller is refused with one, and a scene that does without one.
+    /// Returns the source of the signals. A controller is refused if the scene has no controlled signals, and its absence if the scene has some.
     pub fn source(
         &self,
         scene: &Scene,
@@ -72,8 +72,8 @@ impl ControlArgs {
         }
     }
 
-    /// The controller of a run, which asks a source where no page has paused it, with the note of the record; refused for a run that goes on from the state
-    /// of another one.
+    /// Builds the controller of a run, which asks the source unless a page has paused the run, and its note for the record. Refused for a run that
+    /// continues from the state of a run with another controller.
     pub fn controller(
         &self,
         source: Source,
@@ -90,7 +90,7 @@ impl ControlArgs {
 }
 
 impl Source {
-    /// Refuses derivatives and error estimates, which repeat a run, of signals that are set by hand.
+    /// Refuses derivatives and error estimates, which repeat a run, if a page sets the signals.
     pub fn check(&self, repeats: bool) -> Result<(), String> {
         match self {
             Self::Page(_) if repeats => {
@@ -100,7 +100,7 @@ impl Source {
         }
     }
 
-    /// The note of the record on signals that are no function in the scene.
+    /// Returns the note for the record on signals that are not functions in the scene.
     fn note(&self) -> Option<String> {
         match self {
             Self::None | Self::Program(_) => None,
@@ -116,7 +116,7 @@ impl Source {
         }
     }
 
-    /// The file that records what a page sets.
+    /// Returns the file that records what a page sets.
     pub fn page(&self) -> Option<&Path> {
         match self {
             Self::Page(file) => Some(file),
@@ -125,14 +125,14 @@ impl Source {
     }
 }
 
-/// A time above zero that a flag gives.
+/// Parses the value of a flag that must be a positive time.
 pub fn positive_time(flag: &str, text: &str) -> Result<Duration, String> {
     let seconds = units::parse(text, Dimension::TIME).ok().filter(|s| *s > 0.0 && *s < 1e6);
     let remedy = "write for example \"10 s\"";
     seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("{flag} \"{text}\" is no time; {remedy}"))
 }
 
-/// The controller of a run: waits where a page has paused it, then asks whoever sets the signals.
+/// The controller of a run: it waits while a page pauses the run, then asks the source of the signals.
 pub struct Chosen {
     inner: Option<Box<dyn Controller>>,
     live: Option<(Arc<Board>, Arc<AtomicBool>)>,
@@ -141,7 +141,7 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The controller of a run; none where nothing is set and no page can pause it.
+    /// Builds the controller of a run; `None` if no signal is set and no page can pause the run.
     fn new(source: Source, board: Option<&Arc<Board>>, stop: &Arc<AtomicBool>) -> Option<Self> {
         let inner: Option<Box<dyn Controller>> = match (source, board) {
             (Source::Program(process), _) => Some(Box::new(process)),
@@ -153,7 +153,7 @@ impl Chosen {
         (inner.is_some() || live.is_some()).then_some(Self { inner, live, waited: Duration::ZERO })
     }
 
-    /// The answer of whoever sets the signals, where there is one.
+    /// Asks the source of the signals, if there is one, and returns its answer.
     fn ask<T>(&mut self, question: impl FnOnce(&mut Box<dyn Controller>) -> T) -> Option<T> {
         let start = Instant::now();
         let answer = self.inner.as_mut().map(question);
@@ -189,7 +189,7 @@ impl Controller for Chosen {
     }
 }
 
-/// A note on who sets the signals, with the time from which on it holds where another controller has set them before.
+/// Returns a note on what sets the signals, with the time from which on it applies if another controller set them before.
 pub fn since(controllers: &[ControllerRecord], note: String) -> String {
     match controllers {
         [_, .., last] => format!("from t = {} s on {note}", last.from_t_s),
@@ -197,7 +197,7 @@ pub fn since(controllers: &[ControllerRecord], note: String) -> String {
     }
 }
 
-/// The file in which values of a page are recorded.
+/// Returns the file in which the values of a page are recorded.
 pub fn recording(out: &Path, name: &str) -> PathBuf {
     out.join(format!("{name}.control.csv"))
 }

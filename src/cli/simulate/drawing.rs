@@ -17,27 +17,27 @@ use durometer::system::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The fields that a run writes at the points of the time grid that are due, and the states of its page.
+/// The fields that a run writes at the scheduled points of the time grid, and the states for its page.
 pub struct Drawing {
     fields: Option<Fields>,
     schedule: ScheduleSpec,
     film: Option<Film>,
     /// The film is written as a page at the end
     shown: bool,
-    /// Gets every state as it comes
+    /// Receives every state as it is computed
     board: Option<Arc<Board>>,
     /// `<name>.html`
     page: PathBuf,
     /// Points of the grid so far
     number: usize,
-    /// Time of the last one \[s\]
+    /// Time of the last point \[s\]
     past: Option<f64>,
     /// Time that the page has taken so far
     spent: Spent,
 }
 
 impl Drawing {
-    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers and collections.
+    /// Sets up the fields that the scene or `--vtu` asks for; a continued run continues their numbering and collections.
     pub fn new(
         (out, name): (&Path, &str),
         (vtu, shown, live): (bool, bool, bool),
@@ -72,7 +72,7 @@ impl Drawing {
         }
     }
 
-    /// Shows the states in a live view too, which is served as long as the second value lives.
+    /// Also shows the states in a live view, which is served until the second value is dropped.
     pub fn follow(&mut self, scene: &Scene, listener: Listener, shown: &Shown) -> Option<(Arc<Board>, Option<Served>)> {
         let film = self.film.as_ref()?;
         let board = live::board(scene, film, view::about_before(scene, shown.run), shown);
@@ -93,7 +93,7 @@ impl Drawing {
         (self.number, self.past) = (self.number + 1, Some(state.t));
     }
 
-    /// Ends the fields; the film is left.
+    /// Finishes the fields and returns the film.
     pub fn finish(self) -> (Drawn, Option<Film>) {
         let fields = self.fields.map(|fields| (fields.collection(), fields.finish()));
         let mut drawn = Drawn { page: self.page, shown: false, collection: None, failure: None, spent: self.spent };
@@ -115,12 +115,12 @@ pub struct Drawn {
     shown: bool,
     collection: Option<PathBuf>,
     pub failure: Option<Box<dyn std::error::Error>>,
-    /// Time that they took during the run
+    /// Time that drawing took during the run
     pub spent: Spent,
 }
 
 impl Drawn {
-    /// Writes the page, with the shares of the cells in errors that were estimated.
+    /// Writes the page, with the shares of the cells in the estimated errors.
     pub fn show(
         &mut self,
         film: Option<Film>,

@@ -10,10 +10,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Ends of the names of files that not every run writes, `<name>.<end>`. Recordings and saved states are kept: later runs may start from them.
+/// Endings of the files `<name>.<ending>` that not every run writes. Recordings and saved states are kept, because later runs may start from them.
 const ENDS: [&str; 4] = ["errors.csv", "html", "refinement.csv", "sensitivities.csv"];
 
-/// The files that an earlier run has written, with the times at which they were changed; none where its record is not there. The record is the last.
+/// The files that an earlier run has written, with their modification times, the record last; empty if there is no record.
 pub struct Earlier(Vec<(PathBuf, SystemTime)>);
 
 impl Earlier {
@@ -32,8 +32,8 @@ impl Earlier {
         Self(files.into_iter().filter_map(|file| Some((changed(&file)?, file))).map(|(t, file)| (file, t)).collect())
     }
 
-    /// Removes those that this run has not written again, the record last: without it nothing there counts as a result. The collections of a run that goes
-    /// on name states of its part before.
+    /// Removes the files that this run has not rewritten, the record last: without it nothing there counts as a result. Files named in a rewritten
+    /// collection are kept, because the collections of a continued run also name the states before the restart.
     pub fn remove(self) {
         let (again, old): (Vec<_>, Vec<_>) =
             self.0.into_iter().partition(|(file, before)| changed(file) != Some(*before));
@@ -45,14 +45,14 @@ impl Earlier {
     }
 }
 
-/// The record of the run that was the last one under this name.
+/// Reads the record of the last run under this name.
 fn record(out: &Path, name: &str) -> Option<CaseRecord> {
     let bytes = storage::read(&out.join(format!("{name}.json")), DATA_LIMIT).ok()?;
     serde_json::from_slice::<CaseRecord>(&bytes).ok().filter(|record| record.id == name)
 }
 
-/// Whether the record in the folder is of the scene that goes on from a checkpoint, and the rows there up to its time are rows of it: what lies there
-/// under this name is then of this run. Rows alone do not tell, since those at rest are alike in many scenes.
+/// Whether the files under this name are of the run that the checkpoint continues: the record must be of the same scene, and all rows up to the time of
+/// the checkpoint must be rows of the checkpoint. Rows alone do not decide, because many scenes have the same rows at rest.
 pub fn is_of_run(out: &Path, name: &str, scene: &Scene, checkpoint: &Checkpoint) -> bool {
     if !record(out, name).is_some_and(|record| same_simulation(&record.provenance.scene, &scene.text)) {
         return false;
@@ -69,7 +69,7 @@ fn changed(file: &Path) -> Option<SystemTime> {
     std::fs::symlink_metadata(file).ok().filter(std::fs::Metadata::is_file)?.modified().ok()
 }
 
-/// Comparisons with measurements.
+/// Returns the figures of the run, which compare it with measurements.
 fn figures(out: &Path, name: &str) -> Vec<PathBuf> {
     let mut all = Vec::new();
     for kind in ["compare", "markers"] {
@@ -79,14 +79,14 @@ fn figures(out: &Path, name: &str) -> Vec<PathBuf> {
     all
 }
 
-/// Names of the skins of the scene of a record.
+/// Returns the names of the skins in the scene of a record.
 fn skins(record: &CaseRecord) -> Vec<String> {
     let scene: toml::Table = record.provenance.scene.parse().unwrap_or_default();
     let all = scene.get("skin").and_then(toml::Value::as_array).into_iter().flatten();
     all.filter_map(|skin| Some(skin.get("name")?.as_str()?.to_string())).collect()
 }
 
-/// The files that a collection for ParaView names, `<stem>-….vtu` next to it.
+/// Returns the files that a ParaView collection names, `<stem>-….vtu` next to it.
 fn frames(collection: &Path) -> Vec<PathBuf> {
     let text = |part: Option<&OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into_owned());
     let stem = format!("{}-", text(collection.file_stem()));

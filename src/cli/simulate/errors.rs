@@ -11,12 +11,12 @@ use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use durometer::wording::{all, distinct};
 
-/// The columns whose errors are asked for; none for all of them.
+/// Returns the columns whose errors are requested; empty for all columns.
 fn estimated_columns(args: &Args) -> &[String] {
     if args.error.iter().any(|column| column == "all") { &[] } else { &args.error }
 }
 
-/// The estimator of the errors that are asked for, if there are any.
+/// Builds the estimator if errors are requested.
 pub fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<'a>>, EstimateError> {
     if args.error.is_empty() {
         return Ok(None);
@@ -26,7 +26,7 @@ pub fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstima
     if args.error_cells { estimator.localised().map(Some) } else { Ok(Some(estimator)) }
 }
 
-/// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.
+/// Estimates and writes the requested errors; `None` if the run or the enriched solution is not complete.
 pub fn estimate(
     estimator: ErrorEstimator,
     args: &Args,
@@ -49,10 +49,10 @@ pub fn estimate(
     Ok(Some(found))
 }
 
-/// The words for an error bar without the error of geometry.
+/// Addition to an error bar that does not include the geometry error.
 pub const WITHOUT_FACETS: &str = " (without curved facets, which are not estimated here)";
 
-/// The words for an error bar without the extent of these regions.
+/// Returns the addition to an error bar that does not include the extent of these regions.
 pub fn without_extent(regions: &[String]) -> String {
     format!(" (without the extent of {})", regions.join(", "))
 }

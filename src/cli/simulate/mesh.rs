@@ -1,4 +1,4 @@
-//! The mesh that `durometer simulate` runs on, refined where the scene asks for it.
+//! The mesh that `durometer simulate` runs on, refined if the scene asks for it.
 
 use super::args::Args;
 use super::errors::{WITHOUT_FACETS, without_extent};
@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The mesh of the scene, refined where it asks for it, and whether the error is within the tolerance then.
+/// Loads the mesh of the scene, refined if the scene asks for it, and returns whether the error is then within the tolerance.
 pub fn mesh(
     args: &Args,
     scene: (&Path, &SceneSpec, &str),
@@ -29,7 +29,7 @@ pub fn mesh(
             print_refinement(step);
         }
         steps.push(step.clone());
-        // The table is written again at the end, where a failure is an error
+        // A failure is ignored here: the table is written again at the end, where a failure is an error
         _ = folder::write(&table, &csv_text::refinement(&steps));
     };
     let stop = interrupt::stop_flag();

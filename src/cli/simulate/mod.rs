@@ -132,13 +132,13 @@ fn simulate(args: Args) -> CommandResult {
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined, states.kept)), |why| Err(why.into()))
 }
 
-/// Takes the end of the set-up, whatever memory the run is going to take: a signal ends the run from here on, which keeps its rows.
+/// Marks the end of the set-up, whatever memory the run will take: from here on a signal stops the run, and its rows are kept.
 fn begins(_: u64) -> bool {
     interrupt::set_up(false);
     true
 }
 
-/// The scene with the seconds that it took; tracks that it is compared with are refused before the run.
+/// Builds the scene and returns it with the time that this took \[s\]; invalid marker tracks that it is compared with are refused before the run.
 fn build(
     file: &Path,
     spec: SceneSpec,
@@ -152,8 +152,8 @@ fn build(
     Ok((scene, building.elapsed().as_secs_f64()))
 }
 
-/// Refuses a folder that cannot be written, or where another process runs under this name, before anything is computed for it. Returns the files of
-/// the run before, and the right to replace them.
+/// Refuses a folder that cannot be written, or where another process runs under this name, before anything is computed. Returns the lock of the name, and
+/// the files of the previous run.
 fn check_out(out: &Path, name: &str) -> Result<(NameLock, Earlier), Box<dyn std::error::Error>> {
     let remedy = "choose another folder with --out, or make room";
     storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))?;
@@ -162,7 +162,8 @@ fn check_out(out: &Path, name: &str) -> Result<(NameLock, Earlier), Box<dyn std:
     Ok((lock, Earlier::find(out, name)))
 }
 
-/// Writes the results in place of the rows that were written as they came, and of the files of the run before. Returns the record as JSON, and the failure that ended the rows.
+/// Writes the results in place of the partial rows and of the files of the previous run. Returns the record as JSON, and the failure that ended the
+/// partial rows, if any.
 fn replace(
     (partial, earlier): (&mut PartialSeries, Earlier),
     out: &Path,
@@ -175,14 +176,14 @@ fn replace(
     Ok((json, partial.failure()))
 }
 
-/// The recorder of the derivatives that are asked for, if there are any.
+/// Builds the recorder of the requested derivatives; `None` if none are requested.
 fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<SensitivityRecorder<'a>>, SensitivityError> {
     let keys: Vec<ParameterKey> = texts.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
     if keys.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &keys).map(Some) }
 }
 
-/// Writes the time series, the signals, the sensitivities, the record with their digests, and the overlays; returns the record as JSON. Before the first of them
-/// is replaced, the earlier record is gone: at no moment does a record lie next to a series of another run.
+/// Writes the time series, the signals, the sensitivities, the record with their digests, and the overlays; returns the record as JSON. The earlier
+/// record is removed before the first file is replaced, so that a record is never next to a series of another run.
 fn write(
     out: &Path,
     earlier: Earlier,

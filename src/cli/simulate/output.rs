@@ -1,4 +1,4 @@
-//! Output of `durometer simulate`: notes before the run, then its results, its costs, and why it is not complete.
+//! Output of `durometer simulate`: notes before the run, then its results and costs, and why it is incomplete.
 
 use super::args::Args;
 use super::drawing::Drawn;
@@ -15,7 +15,7 @@ use durometer::study::overlay::markers;
 use durometer::study::store::record::CaseRecord;
 use std::path::PathBuf;
 
-/// Share of the extreme of a column below which its last value is rounding.
+/// Value, relative to the extreme of its column, below which it is printed as zero.
 const ROUNDING: f64 = 1e-12;
 
 pub fn print_notes(args: &Args, scene: &Scene) {
@@ -25,7 +25,7 @@ pub fn print_notes(args: &Args, scene: &Scene) {
     }
 }
 
-/// Prints the record, or the results in words; `known` notes are printed before.
+/// Prints the record as JSON, or the results as text; the first `known` notes have been printed before.
 pub fn tell<'e>(
     args: &Args,
     (record, known, json): (&CaseRecord, usize, &str),
@@ -45,7 +45,7 @@ pub fn tell<'e>(
     drawn.print();
 }
 
-/// Prints what a run found; `known` notes are printed before it.
+/// Prints the results of a run; the first `known` notes have been printed before.
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
     limits_of_run(record).iter().for_each(|(kind, limit)| tell!("{kind}: {limit}"));
@@ -70,7 +70,7 @@ fn print(record: &CaseRecord, known: usize) {
         say!("{column} over {over} is off {file}, by {l2:.2} % (L2), {largest:.2} % (largest) at {compared}{inside}");
     }
     record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
-    // Contacts that are solved for with multipliers have no counts.
+    // Contacts that are enforced by multipliers have no counts.
     for c in record.contacts.iter().filter(|c| c.seen > 0) {
         say!(
             "contact {}: {} points, examined {} times in all, {} distances computed, {} active; search {}, collision detection {}",
@@ -85,7 +85,7 @@ fn print(record: &CaseRecord, known: usize) {
     }
 }
 
-/// Says which columns have no derivative, and which have none in some rows; the table has NaN there.
+/// Prints which columns have no derivative, and which have none in some rows; the table contains NaN there.
 pub fn note_missing(run: &Run, sensitivities: &Sensitivities) {
     let is_left_out = |column: &&String| !sensitivities.columns.contains(column) && is_result(column);
     let left_out: Vec<&str> = run.columns.iter().filter(is_left_out).map(String::as_str).collect();
@@ -102,7 +102,7 @@ pub fn note_missing(run: &Run, sensitivities: &Sensitivities) {
     }
 }
 
-/// Says which keys change nothing, and which derivatives are not as accurate as they should be.
+/// Warns of keys that change nothing, and of derivatives that are less accurate than they should be.
 pub fn note_quality(sensitivities: &Sensitivities) {
     for key in sensitivities.idle() {
         tell!("warning: all derivatives by {key} are zero: it changes none of the columns that have derivatives");
@@ -116,12 +116,13 @@ pub fn note_quality(sensitivities: &Sensitivities) {
     }
 }
 
-/// How a run ended, with the error estimates that were asked for; an incomplete one says why, and how one without a state that was `kept` could go on.
+/// Returns the outcome of a run with the requested error estimates. For an incomplete run it prints the reason, and, if no state was `kept`, how the run
+/// could be continued.
 pub fn completion(run: &Run, has_errors: bool, kept: bool) -> Outcome {
     if let Some(why) = &run.failure {
         tell!("not complete: {why}");
     }
-    // Derivatives have no states to go on from
+    // A run with derivatives has no states to continue from
     if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() && run.sensitivities.is_none() && !kept
     {
         tell!("note: no state was kept; pass --save-state end to be able to go on with --restart");
@@ -134,12 +135,12 @@ pub fn completion(run: &Run, has_errors: bool, kept: bool) -> Outcome {
     if complete { Outcome::Complete } else { Outcome::RunIncomplete }
 }
 
-/// Zero for a value that is rounding next to the extreme of its column.
+/// Replaces a value by zero if it is at the rounding level of its column's extreme.
 fn without_rounding(value: f64, extreme: f64) -> f64 {
     if value.abs() < ROUNDING * extreme.abs() { 0.0 } else { value }
 }
 
-/// Where the time went: every effect and constraint that is assembled, then the linear algebra.
+/// Describes where the time went: every effect and constraint that is assembled, then the linear algebra.
 fn costs(record: &CaseRecord) -> String {
     let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
     let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 pub struct States<'a> {
     pub out: &'a Path,
     pub name: &'a str,
-    /// Those that were asked for
+    /// The states that were requested
     pub files: Vec<PathBuf>,
-    /// Whether a state is there from which the run can go on
+    /// Whether a state was saved from which the run can be continued
     pub kept: bool,
-    /// Why the first of them could not be saved
+    /// Why a requested state could not be saved; the first such error
     pub failure: Option<CheckpointError>,
 }
 
@@ -34,7 +34,7 @@ impl States<'_> {
         }
     }
 
-    /// A run that has ended by itself needs no state to go on from.
+    /// Removes the partial state of a run that was not interrupted, which does not need it.
     pub fn end(&self, run: &Run) {
         if !matches!(run.status, Status::Interrupted { .. }) {
             std::fs::remove_file(self.file(PARTIAL)).ok();
@@ -42,7 +42,7 @@ impl States<'_> {
     }
 }
 
-/// Times at which states are saved \[s\], and whether the last state is saved too.
+/// Returns the times at which states are saved \[s\], and whether the last state is saved too.
 pub fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
     let end = scene.spans.last().map_or(0.0, |s| s.end);
     let mut times = Vec::new();
