@@ -120,7 +120,7 @@ fn a_lagged_factor_does_not_end_a_compressed_block() {
 fn remedies_fit_the_drive() {
     let why = || Failure::NotConverged { residual: 1.0, node: 0 };
     let [force, motion] = [true, false].map(|by_force| Status::StepTooSmall { t: 0.0, why: why(), by_force }.remedy());
-    assert!(force.contains("drive by length") && !motion.contains("drive by"), "{force}; {motion}");
+    assert!(force.contains("prescribe a length") && !motion.contains("prescribe a"), "{force}; {motion}");
     let lost = pressed("tet10", "displacement", 0.3, [2, 1], 0.02, "[numerics]\ncuts = 0\nmax_iterations = 2");
     assert!(matches!(lost.status, Status::StepTooSmall { by_force: false, .. }), "{}", lost.status);
 }
@@ -159,7 +159,7 @@ max_iterations = 2
         assert!(matches!(status, Status::StepTooSmall { t: 0.0, .. }), "{status}");
     }
     assert!(full.remedy().contains("let them grow") && !grown.remedy().contains("let them grow"), "{full}; {grown}");
-    assert!(grown.remedy().contains("drive by length, volume or displacement what a force"), "{grown}");
+    assert!(grown.remedy().contains("prescribe a length, volume or displacement instead of a force"), "{grown}");
 }
 
 /// Rivlin's cube: equal dead tractions T on three faces, rollers on the others. The extrapolation is so good that steps need no
