@@ -15,6 +15,7 @@ use durometer::study::expand::Study;
 use durometer::study::kind::StudyScope;
 use durometer::study::kinds::robustness::analysis::{RobustnessFindings, analyse};
 use durometer::study::kinds::robustness::record::RobustnessRecord;
+use durometer::study::listing::{State, list};
 use durometer::study::store::record::StudyRecord;
 use durometer::study::store::results::{self, Results};
 use std::collections::BTreeSet;
@@ -102,6 +103,17 @@ fn the_fast_path_gives_what_the_slow_one_does() {
         }
     }
     assert!(kept > 33, "{kept} cases saved factorisations");
+}
+
+/// A refused scene has a mesh all the same: its result is that of the study, and no later run computes it anew.
+#[test]
+fn the_result_of_a_refused_case_is_kept() {
+    let study = Study::read(&file(), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run_study(&study, folder.path(), Some("crumpled-refused"));
+    let listed = list(&study, folder.path());
+    let states = listed.iter().filter(|c| c.id.starts_with("crumpled-refused")).map(|c| c.state);
+    assert_eq!(states.collect::<Vec<_>>(), [State::Stored; 2]);
 }
 
 /// A suite says which tables it has; one that is not understood is refused with its place.
