@@ -41,8 +41,8 @@ pub struct Args {
     /// deforms the grid
     #[arg(long)]
     pub(super) vtu: bool,
-    /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables with respect to a number of the scene; may be repeated,
-    /// e.g. --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not with implicit_euler_linearised or _corrected
+    /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables with respect to a number of the scene, such as
+    /// laws.rubber.mu or effect.gravity.density; may be repeated; not with implicit_euler_linearised or _corrected
     #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller", "replay"])]
     pub(super) sensitivity: Vec<String>,
     /// Do not write <name>.html, the page that shows the motion in three dimensions

@@ -103,7 +103,7 @@ impl Input {
     }
 }
 
-/// The known course of all inputs from `t` to `next`, given their values at both times.
+/// The known values of all inputs from `t` to `next`, given their values at both times.
 pub(super) fn known(
     (inputs, memory): (&[Input], &ControlMemory),
     [(t, now), (next, ahead)]: [(f64, &[f64]); 2],

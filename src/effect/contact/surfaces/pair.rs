@@ -125,8 +125,10 @@ impl Surfaces {
         for t in passes.iter().flat_map(|pass| &pass.points.triangles) {
             t.iter().for_each(|&k| *normals.entry(k).or_default() += normal(corners(t)));
         }
-        let outward = |p: &SurfacePoint| -> Vec3 {
-            p.nodes.iter().zip(&p.weights).map(|(k, w)| normals[k].normalize() * *w).sum()
+        // A quadrature point has the normal of its facet: the normal of a node on an edge is the mean of its sides
+        let outward = |p: &SurfacePoint| match p.nodes[..] {
+            [a, b, c, ..] => normal(corners(&[a, b, c])).normalize(),
+            _ => p.nodes.iter().zip(&p.weights).map(|(k, w)| normals[k].normalize() * *w).sum(),
         };
         let of_point = |pass: &Pass, p: &SurfacePoint, t: u32| {
             let triangle = corners(&pass.triangles.triangles[t as usize]);

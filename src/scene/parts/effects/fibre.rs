@@ -78,7 +78,7 @@ pub struct HelixSpec {
     pub pitch: Option<Length>,
     /// Angle between the fibre and the axis
     pub angle: Option<Angle>,
-    /// Number of turns from one end of the axis to the other
+    /// Number of windings from one end of the axis to the other
     pub turns: Option<f64>,
     /// Hand of the helices
     pub hand: Hand,
