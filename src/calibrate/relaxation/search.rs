@@ -75,10 +75,10 @@ impl Weighted<'_> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Factors at these times, with the residual.
-    fn factors(&self, times: &[f64]) -> Result<(DVector<f64>, DVector<f64>), RelaxationError> {
+    /// Factors at these times, with the residual. The columns of `near` have positive factors at similar times.
+    fn factors(&self, times: &[f64], near: Option<&[usize]>) -> Result<(DVector<f64>, DVector<f64>), RelaxationError> {
         let (a, y) = (self.matrix(times), self.target());
-        let c = dense_weights(&a, &y).map_err(|e| RelaxationError::Solver { status: e.status })?;
+        let c = dense_weights(&a, &y, near).map_err(|e| RelaxationError::Solver { status: e.status })?;
         let residual = y - a * &c;
         Ok((c, residual))
     }
@@ -87,7 +87,7 @@ impl Weighted<'_> {
     pub fn with_times(&self, times: &[f64]) -> Result<Series, RelaxationError> {
         let mut times = times.to_vec();
         times.sort_by(f64::total_cmp);
-        let (c, residual) = self.factors(&times)?;
+        let (c, residual) = self.factors(&times, None)?;
         let of = |kept: bool| {
             let own = times.iter().zip(c.iter().skip(1)).filter(move |(_, c)| (**c > 0.0) == kept);
             own.map(|(t, c)| (*c, *t)).collect::<Vec<_>>()
@@ -100,18 +100,19 @@ impl Weighted<'_> {
         let clamp = |u: f64| u.clamp(low.ln(), high.ln());
         let natural = |u: &[f64]| u.iter().map(|u| u.exp()).collect::<Vec<f64>>();
         let mut u: Vec<f64> = times.iter().map(|t| clamp(t.ln())).collect();
-        let mut r = self.factors(&natural(&u))?.1;
+        let (mut c, mut r) = self.factors(&natural(&u), None)?;
         let (mut damping, size) = (1e-3, self.target().norm_squared());
         for _ in 0..ITERATIONS {
             if u.is_empty() || r.norm_squared() <= ROUNDING * ROUNDING * size {
                 break;
             }
+            let positive: Vec<usize> = (0..c.len()).filter(|k| c[*k] > 0.0).collect();
             let mut columns = Vec::new();
             for k in 0..u.len() {
                 let h = if u[k] + 1e-5 > high.ln() { -1e-5 } else { 1e-5 };
                 let mut moved = u.clone();
                 moved[k] += h;
-                columns.push((self.factors(&natural(&moved))?.1 - &r) / h);
+                columns.push((self.factors(&natural(&moved), Some(&positive))?.1 - &r) / h);
             }
             let j = DMatrix::from_columns(&columns);
             let (h, g) = (j.tr_mul(&j), j.tr_mul(&r));
@@ -125,9 +126,9 @@ impl Weighted<'_> {
                     continue;
                 };
                 let next: Vec<f64> = u.iter().zip(&step).map(|(u, s)| clamp(u - s.clamp(-1.5, 1.5))).collect();
-                let found = self.factors(&natural(&next))?.1;
-                if found.norm_squared() < before {
-                    (u, r, better) = (next, found, true);
+                let (factors, residual) = self.factors(&natural(&next), Some(&positive))?;
+                if residual.norm_squared() < before {
+                    (u, c, r, better) = (next, factors, residual, true);
                     damping = (0.2 * damping).max(1e-9);
                     break;
                 }

@@ -1,7 +1,7 @@
 //! Nonnegative least squares with columns that may be nearly dependent, such as those of a Prony series.
 //!
 //! Ordinary least squares if the solution is feasible; otherwise the convex problem is solved by clarabel, its active set is solved by QR, and the
-//! Karush–Kuhn–Tucker conditions are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23).
+//! Karush–Kuhn–Tucker conditions are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23), as they are from a guess of the active set.
 
 use crate::math::convex::{NonnegativeConeT, Unfinished, minimum};
 use nalgebra::{DMatrix, DVector};
@@ -11,8 +11,9 @@ const ZERO: f64 = 1e-7;
 /// Gradient of a factor at zero that counts as zero, relative to ‖y‖ \[–\]
 const FLAT: f64 = 1e-11;
 
-/// Returns the factors c ≥ 0 that minimise ‖Ac − y‖; they are exactly zero where the bound is active.
-pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>, Unfinished> {
+/// Returns the factors c ≥ 0 that minimise ‖Ac − y‖; they are exactly zero where the bound is active. A `guess` of the columns with positive factors, as
+/// those of a similar problem, saves the convex program where it leads to the minimum.
+pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>, guess: Option<&[usize]>) -> Result<DVector<f64>, Unfinished> {
     let n = a.ncols();
     let length: Vec<f64> = a.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(a.nrows(), n, |i, k| a[(i, k)] / length[k]);
@@ -22,37 +23,51 @@ pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>,
         return Ok(natural(z));
     }
     let size = y.norm();
+    if let Some(z) = guess.map(|g| restored(&scaled, y, g.to_vec())).filter(|z| is_minimum(&scaled, y, z)) {
+        return Ok(natural(z));
+    }
     let first = convex(&scaled, y, size)?;
     let largest = first.amax();
-    let mut active: Vec<usize> = (0..n).filter(|k| first[*k] > ZERO * largest).collect();
+    Ok(natural(restored(&scaled, y, (0..n).filter(|k| first[*k] > ZERO * largest).collect())))
+}
+
+/// Factors with the columns of `active`, which gains and loses columns until the conditions of Karush, Kuhn and Tucker hold; the best of its sets.
+fn restored(a: &DMatrix<f64>, y: &DVector<f64>, mut active: Vec<usize>) -> DVector<f64> {
+    let (n, size) = (a.ncols(), y.norm());
     let mut z = DVector::zeros(n);
-    // Each pass adds or removes a factor; the best set is kept
+    // Each pass adds or removes a factor
     for _ in 0..10 * (n + 1) {
-        let Some(next) = least_squares(&scaled, y, &active) else { break };
+        let Some(next) = least_squares(a, y, &active) else { break };
         if let Some(worst) =
             active.iter().copied().filter(|k| next[*k] <= 0.0).min_by(|a, b| next[*a].total_cmp(&next[*b]))
         {
             active.retain(|k| *k != worst);
             continue;
         }
-        if (y - &scaled * &next).norm() <= (y - &scaled * &z).norm() {
+        if (y - a * &next).norm() <= (y - a * &z).norm() {
             z = next;
         }
-        let slope = scaled.tr_mul(&(y - &scaled * &z));
+        let gradient = a.tr_mul(&(y - a * &z));
         let outside = (0..n).filter(|k| !active.contains(k));
-        match outside.max_by(|a, b| slope[*a].total_cmp(&slope[*b])).filter(|k| slope[*k] > FLAT * size) {
+        match outside.max_by(|a, b| gradient[*a].total_cmp(&gradient[*b])).filter(|k| gradient[*k] > FLAT * size) {
             Some(k) => {
                 active.push(k);
                 active.sort_unstable();
                 // A column admitted only because of rounding would enter and leave repeatedly
-                if least_squares(&scaled, y, &active).is_none_or(|z| z[k] <= 0.0) {
+                if least_squares(a, y, &active).is_none_or(|z| z[k] <= 0.0) {
                     break;
                 }
             }
             None => break,
         }
     }
-    Ok(natural(z))
+    z
+}
+
+/// Whether no column at zero would reduce the residual: the condition of the minimum for a solution of least squares in its positive factors.
+fn is_minimum(a: &DMatrix<f64>, y: &DVector<f64>, z: &DVector<f64>) -> bool {
+    let gradient = a.tr_mul(&(y - a * z));
+    gradient.iter().zip(z.iter()).all(|(g, z)| *z > 0.0 || *g <= FLAT * y.norm())
 }
 
 /// Least squares in the `picked` columns, zero in the others; `None` if these columns are linearly dependent.
@@ -102,7 +117,11 @@ mod tests {
                 let t = times[i];
                 2.0 + (-t / (0.3 + 0.2 * f64::from(n))).exp() + 0.02 * ((7 * i + 3 * n as usize) as f64).sin()
             });
-            let c = dense_weights(&a, &y).expect("solved");
+            let c = dense_weights(&a, &y, None).expect("solved");
+            for guess in [&[][..], &[0], &[1, 3, 5], &[0, 1, 2, 3, 4, 5]] {
+                let guessed = dense_weights(&a, &y, Some(guess)).expect("solved");
+                assert!((guessed - &c).amax() <= 1e-9 * c.amax(), "{n}: with a guess of {guess:?}");
+            }
             let (own, best) = ((&y - &a * &c).norm(), every_subset(&a, &y));
             zeros += c.iter().filter(|c| **c == 0.0).count();
             assert!(c.iter().all(|c| *c >= 0.0) && own <= best * (1.0 + 1e-9), "{n}: {own} above {best}");

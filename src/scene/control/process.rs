@@ -39,8 +39,9 @@ const WAITING: usize = 16;
 pub struct Process {
     child: Child,
     input: Option<ChildStdin>,
-    /// Lines of its output; an error holds the beginning of a line that is too long
-    lines: Receiver<Result<String, String>>,
+    lines: Receiver<Line>,
+    /// Whether another line was written together with the last answer
+    unasked: bool,
     timeout: Duration,
     stop: Option<Arc<AtomicBool>>,
     columns: Vec<String>,
@@ -50,6 +51,14 @@ pub struct Process {
     t: f64,
     /// Time spent waiting for its answers
     pub waited: Duration,
+}
+
+/// A line of its output.
+struct Line {
+    /// An error holds the beginning of a line that is too long
+    text: Result<String, String>,
+    /// Whether the next line had arrived with it
+    is_followed: bool,
 }
 
 #[derive(Deserialize)]
@@ -97,15 +106,28 @@ impl Process {
         // Ends with the child process, or when there is no receiver any more.
         std::thread::spawn(move || {
             let mut output = BufReader::new(output);
-            while let Some(line) = line(&mut output) {
-                let ends = line.is_err();
-                if sender.send(line).is_err() || ends {
+            while let Some(text) = line(&mut output) {
+                let ends = text.is_err();
+                let is_followed = output.buffer().contains(&b'\n');
+                if sender.send(Line { text, is_followed }).is_err() || ends {
                     break;
                 }
             }
         });
         let (columns, signals) = (Vec::new(), Vec::new());
-        Ok(Self { child, input, lines, timeout, stop, columns, signals, identity, t: 0.0, waited: Duration::ZERO })
+        Ok(Self {
+            child,
+            input,
+            lines,
+            unasked: false,
+            timeout,
+            stop,
+            columns,
+            signals,
+            identity,
+            t: 0.0,
+            waited: Duration::ZERO,
+        })
     }
 
     fn stopped(&self) -> bool {
@@ -125,15 +147,19 @@ impl Process {
     fn ask<A: for<'a> Deserialize<'a>>(&mut self, message: &Value) -> Result<(A, String), ControlError> {
         let start = Instant::now();
         // Otherwise every later answer would be taken for that of the next message.
-        if let Ok(Ok(line)) = self.lines.try_recv() {
+        let early = if self.unasked { self.lines.recv().ok() } else { self.lines.try_recv().ok() };
+        if let Some(Line { text: Ok(line), .. }) = early {
             let fact = "nothing had asked for this line".to_string();
             return Err(self.refuse(&line, fact, "answer each message with one line"));
         }
         self.tell(message)?;
         let line = loop {
             match self.lines.recv_timeout(LOOK.min(self.timeout.saturating_sub(start.elapsed()))) {
-                Ok(Ok(line)) => break line,
-                Ok(Err(begin)) => {
+                Ok(Line { text: Ok(line), is_followed }) => {
+                    self.unasked = is_followed;
+                    break line;
+                }
+                Ok(Line { text: Err(begin), .. }) => {
                     let fact = format!("this line has more than {} MiB", LONGEST >> 20);
                     return Err(self.refuse(&begin, fact, "end each answer with a line feed"));
                 }
