@@ -1,4 +1,4 @@
-//! Limits that end a run before its last step: a deadline, or a flag that another thread sets.
+//! Limits that end a run before its last step: a deadline, a number of iterations, or a flag that another thread sets.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,6 +8,8 @@ use std::time::Instant;
 #[derive(Clone, Debug, Default)]
 pub struct Limit {
     pub deadline: Option<Instant>,
+    /// Number of iterations that are left
+    pub iterations_left: Option<usize>,
     /// Flag that is set to stop the run
     pub stop: Option<Arc<AtomicBool>>,
 }
@@ -20,9 +22,16 @@ pub enum Reached {
 }
 
 impl Limit {
+    /// Counts an iteration.
+    pub fn spend_iteration(&mut self) {
+        if let Some(left) = &mut self.iterations_left {
+            *left = left.saturating_sub(1);
+        }
+    }
+
     /// The limit that has been reached; `None` while the run may continue.
     pub fn reached(&self) -> Option<Reached> {
-        if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+        if self.iterations_left == Some(0) || self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Some(Reached::Stopped);
         }
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline).then_some(Reached::TimeOver)

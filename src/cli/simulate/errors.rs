@@ -39,7 +39,12 @@ pub fn estimate(
     }
     bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
     let found = match estimator.estimate(run, estimated_columns(args)) {
-        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Unstable { .. } | EstimateError::Stopped)) => {
+        Err(
+            why @ (EstimateError::NotSolved { .. }
+            | EstimateError::TooLong { .. }
+            | EstimateError::Unstable { .. }
+            | EstimateError::Stopped),
+        ) => {
             tell!("not complete: no error estimate: {why}");
             return Ok(None);
         }

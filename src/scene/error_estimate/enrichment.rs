@@ -19,7 +19,7 @@ use crate::solve::{Integrator, NonlinearSolver, Status, Step, TimeSpan};
 use crate::system::{State, Want};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The method by which the space of a run is enriched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +38,9 @@ const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
 /// Largest number of times that the steps of an enriched run that may have jumped to another branch are halved.
 const MOST_HALVINGS: usize = 2;
+/// Largest number of iterations of an enriched run for each one of the run, and the least limit.
+const MOST_ITERATIONS: usize = 10;
+const LEAST_LIMIT: usize = 40;
 /// Relative residual of the pressures that remains where the run has no pressures, and the largest number of matrix products to reach it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
@@ -129,6 +132,12 @@ fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64
         Status::NoEquilibrium { .. } | Status::StepTooSmall { .. } if has_jumped => Err(EstimateError::Unstable { t }),
         _ => Ok(false),
     }
+}
+
+/// Largest number of iterations, failed ones included, in which the protocol of a run is solved in the enriched space: where displacements find no
+/// equilibrium there, steps are cut without end, and each costs ten times one of the run.
+fn most_iterations(of_run: &Run) -> usize {
+    LEAST_LIMIT.max(MOST_ITERATIONS * of_run.tried_iterations)
 }
 
 /// Removes from regions given as nodes every new node between two of their nodes that their selector does not find too: on an edge from face to face of a
@@ -392,13 +401,29 @@ impl EnrichedScene {
     /// # Errors
     ///
     /// Where the enriched mesh has no solution, or the estimate was stopped.
-    pub fn run(&self) -> Result<Run, EstimateError> {
-        let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
-        match run.status {
-            Status::Converged => Ok(run),
-            status => {
-                Err(EstimateError::NotSolved { t: run.rows.last().map_or(0.0, |row| row[0]), status: status.name() })
+    pub fn run(&self, of_run: &Run) -> Result<Run, EstimateError> {
+        let run = self.scene.run_with(self.options(of_run, 0));
+        let t = run.rows.last().map_or(0.0, |row| row[0]);
+        if run.status == Status::Converged { Ok(run) } else { Err(self.without_solution(of_run, &run, t)) }
+    }
+
+    /// The options of an enriched run, of which `earlier` iterations are over.
+    fn options<'a>(&self, of_run: &Run, earlier: usize) -> RunOptions<'a> {
+        RunOptions {
+            stop: self.stop.clone(),
+            most_iterations: Some(most_iterations(of_run).saturating_sub(earlier)),
+            ..RunOptions::default()
+        }
+    }
+
+    /// The reason why an enriched run has no solution at time `t` \[s\].
+    fn without_solution(&self, of_run: &Run, enriched: &Run, t: f64) -> EstimateError {
+        let is_stopped = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        match enriched.status {
+            Status::Interrupted { .. } if !is_stopped => {
+                EstimateError::TooLong { t, iterations: most_iterations(of_run), of_run: of_run.tried_iterations }
             }
+            _ => EstimateError::NotSolved { t, status: enriched.status.name() },
         }
     }
 
@@ -413,32 +438,30 @@ impl EnrichedScene {
         let mut spans = self.scene.spans.clone();
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
-        let mut factorisations = 0;
+        let (mut factorisations, mut iterations) = (0, 0);
         for halvings in 0..=MOST_HALVINGS {
-            let (run, end) = self.run_in(spans.clone());
+            let (run, end) = self.run_in(spans.clone(), of_run, iterations);
             factorisations += run.factorisations;
+            iterations += run.tried_iterations;
             if asks_for_shorter_steps(&run, of_run, halvings > 0, t)? {
                 spans.iter_mut().for_each(|span| span.dt *= 0.5);
                 continue;
             }
-            let values = run.rows.into_iter().zip(run.memories).next_back();
-            return match (run.status, values, end) {
-                (Status::Converged, Some((values, memory)), Some(end)) => {
-                    Ok(Solved { start, end, values, memory, factorisations })
-                }
-                (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
-            };
+            if run.status != Status::Converged {
+                return Err(self.without_solution(of_run, &run, t));
+            }
+            let (values, memory) = run.rows.into_iter().zip(run.memories).next_back().expect("a run has a first row");
+            return Ok(Solved { start, end: end.expect("a run has a first state"), values, memory, factorisations });
         }
         Err(EstimateError::Unstable { t })
     }
 
-    /// The run with these stages, and its last state.
-    fn run_in(&mut self, spans: Vec<TimeSpan>) -> (Run, Option<State>) {
+    /// The run with these stages, of which `earlier` iterations are over, and its last state.
+    fn run_in(&mut self, spans: Vec<TimeSpan>, of_run: &Run, earlier: usize) -> (Run, Option<State>) {
         let whole = std::mem::replace(&mut self.scene.spans, spans);
         let mut end = None;
         let mut keep = |state: &State| end = Some(state.clone());
-        let stop = self.stop.clone();
-        let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
+        let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), ..self.options(of_run, earlier) });
         self.scene.spans = whole;
         (run, end)
     }
@@ -599,12 +622,30 @@ mod tests {
         let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
-        assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
+        let run = scene.run_with(RunOptions { stop: enriched.stop.clone(), ..RunOptions::default() });
+        assert!(matches!(enriched.run(&run), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
         let SmoothSurface::Curved(map, _) = enriched.smooth_surface(&scene) else { panic!("a sphere is curved") };
         let moved = enriched.with_map(&scene, *map).expect("an enriched scene");
         for space in [&enriched, &moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }
+    }
+
+    /// An enriched run is refused where it takes too many iterations.
+    #[test]
+    fn enriched_runs_are_bounded() {
+        let text = "[mesh]\nelement = \"tet4\"\ngrid = { kind = \"box\", size = [\"4 mm\", \"1 mm\", \"1 mm\"], divisions = [2, 1, 1] }\n\
+                    [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+                    [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+                    [[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\ndisplacement = { kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }\n\
+                    [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let scene = parse_scene(text).unwrap_or_else(|e| panic!("{e}"));
+        let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
+        let of_run = scene.run();
+        assert!(enriched.run(&of_run).is_ok());
+        let run = enriched.scene.run_with(enriched.options(&of_run, most_iterations(&of_run) - 1));
+        assert!(matches!(run.status, Status::Interrupted { .. }) && run.tried_iterations <= 1, "{}", run.status);
+        assert!(matches!(enriched.without_solution(&of_run, &run, 0.0), EstimateError::TooLong { .. }));
     }
 
     /// A wider region that holds whole cells adds a group of pressures. A pressure that is linear in the numbers of the nodes is the same function in both

@@ -335,7 +335,7 @@ impl<'a> ErrorEstimator<'a> {
         (near, geometry, extent): (&[bool], Option<GeometryError>, &ExtentSpace),
         peaks: Vec<(usize, Vec<usize>)>,
     ) -> Result<(Vec<(usize, QuantityError)>, usize), EstimateError> {
-        let fine = enriched.run()?;
+        let fine = enriched.run(run)?;
         let (mut found, mut last) = (Vec::new(), 0.0_f64);
         for (row, column) in peaks.into_iter().flat_map(|(row, own)| own.into_iter().map(move |column| (row, column))) {
             let (t, value) = extreme_of(&fine.rows, &run.rows, column);

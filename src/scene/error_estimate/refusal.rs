@@ -48,6 +48,10 @@ pub enum EstimateError {
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
     NotSolved { t: f64, status: &'static str },
     #[error(
+        "the enriched mesh has no solution at t = {t} s after {iterations} iterations, of which the run took {of_run}; take a family of meshes, or shorter steps"
+    )]
+    TooLong { t: f64, iterations: usize, of_run: usize },
+    #[error(
         "the enriched equilibrium at t = {t} s is unstable, or was reached by a jump between branches, where that of the run is not: which branch the \
          body takes is not decided, and there is no bar; take shorter steps (`dt`) where loads grow by much in one, an imperfection that decides, or a family of meshes"
     )]

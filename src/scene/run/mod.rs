@@ -194,7 +194,9 @@ impl Scene {
         let mut driver = self.driver();
         let bytes = driver.steps.solver.linear.factor.bytes() as u64;
         let admitted = options.on_sized.take().is_none_or(|on_sized| on_sized(bytes));
-        driver.steps.solver.equations.limit.stop.clone_from(&options.stop);
+        let limit = &mut driver.steps.solver.equations.limit;
+        limit.stop.clone_from(&options.stop);
+        limit.iterations_left = options.most_iterations;
         driver.steps.solver.on_iteration.clone_from(&options.on_iteration);
         driver.steps.settings.diagnosis = !options.undiagnosed;
         let from = options.restart.as_ref().map(|checkpoint| checkpoint.position);

@@ -45,6 +45,8 @@ pub struct RunOptions<'a> {
     /// Flag that stops the run, also within a step
     pub stop: Option<Arc<AtomicBool>>,
     pub on_row: Option<&'a mut OnRow<'a>>,
+    /// Largest number of iterations, including those of failed steps, after which the run is interrupted
+    pub most_iterations: Option<usize>,
     /// Whether to skip the search for the reason why no step is possible, which a search over many runs does not need
     pub undiagnosed: bool,
     /// Saved state of this scene from which to continue; title, numerics, output and comparisons may differ

@@ -117,6 +117,7 @@ pub(in crate::solve) fn correct_repeatedly(
     let (mut kept, mut last_error) = (None, error(solver, next).above_rounding);
     solver.report(step, next, 0, last_error);
     while !convergence.is_last(solution.iterations) {
+        solver.equations.limit.spend_iteration();
         let shifted = solver.linear.shifted;
         let correction =
             correct(solver, step, &planes, Some(MANY), next, (&targets, &mut kept), &mut solution).ok()??;

@@ -150,6 +150,7 @@ impl<'a> NewtonIteration<'a> {
         increment: Option<&[f64]>,
         error: f64,
     ) -> Result<(), Failure> {
+        self.solver.equations.limit.spend_iteration();
         let direction = self.direction(next, increment, error)?;
         let NonlinearSolver { settings, equations, linear, .. } = &mut *self.solver;
         let search = LineSearch { step: self.step, settings: *settings, targets };
