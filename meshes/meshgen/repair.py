@@ -127,7 +127,7 @@ def distinct(triangles: np.ndarray) -> np.ndarray:
 
 
 def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
-    """Of triangles with the same nodes one is kept, or none if they face each other, as in a wall without thickness."""
+    """Of triangles with the same nodes one is kept, or none if they face each other, as in a wall without thickness; of a closed shell of such pairs one."""
     turns = (triangles[:, 0] > triangles[:, 1]).astype(int) + (triangles[:, 1] > triangles[:, 2]) + (triangles[:, 0] > triangles[:, 2])
     _, group, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
     group = group.ravel()
@@ -136,6 +136,9 @@ def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray
     sign = np.where(turns % 2 == 0, 1, -1)
     net = np.zeros(len(counts), int)
     np.add.at(net, group, sign)
+    heads = np.unique(group, return_index=True)[1]
+    facing = np.flatnonzero(net == 0)
+    net[facing[closed_shells(triangles[heads[facing]], triangles[heads[net != 0]])]] = 1
     seen, keep = set(), np.ones(len(triangles), bool)
     for row in np.flatnonzero(counts[group] > 1):
         g = int(group[row])
@@ -144,6 +147,21 @@ def once(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray
             seen.add(g)
     repairs.append(f"{counted((~keep).sum(), 'doubled triangle')} dropped, one at {first(points, triangles, ~keep)}")
     return triangles[keep]
+
+
+def closed_shells(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Mask of the triangles in parts without open edges of which no edge is one of another triangle."""
+    if not len(triangles):
+        return np.zeros(0, bool)
+    keys, place, counts = surface.edge_groups(np.concatenate([triangles, others]))
+    owner = surface.edges_of(np.concatenate([triangles, others]))[1]
+    own = owner < len(triangles)
+    inside = np.bincount(place[own], minlength=len(keys))
+    order = np.argsort(place[own], kind="stable")
+    rows, at = owner[own][order], place[own][order]
+    part = surface.components(len(triangles), np.stack([rows[:-1], rows[1:]], axis=1)[at[:-1] == at[1:]])
+    is_open = (inside[at] != 2) | (counts[at] != 2)
+    return ~np.isin(part, part[rows[is_open]])
 
 
 def flipped(points: np.ndarray, triangles: np.ndarray, tolerance: float, repairs: list) -> np.ndarray:
@@ -242,9 +260,9 @@ def divided(points: np.ndarray, triangles: np.ndarray, border: np.ndarray, toler
 
 
 def filled(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarray:
-    """Close holes of three edges by a triangle."""
+    """Close holes of three edges by a triangle; the edges of a loose triangle are none."""
     border = open_edges(triangles)
-    after = {}
+    after, known = {}, set(map(tuple, np.sort(triangles, axis=1).tolist()))
     for a, b in border.tolist():
         after.setdefault(b, []).append(a)  # the missing triangle runs against the edge
     new = []
@@ -252,7 +270,7 @@ def filled(points: np.ndarray, triangles: np.ndarray, repairs: list) -> np.ndarr
         if len(after[a]) == 1:
             b = after[a][0]
             c = after.get(b, [None])[0]
-            if c is not None and len(after[b]) == 1 and after.get(c) == [a] and a < b and a < c:
+            if c is not None and len(after[b]) == 1 and after.get(c) == [a] and a < b and a < c and tuple(sorted((a, b, c))) not in known:
                 new.append([a, b, c])
     if not new:
         return triangles

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from meshgen import repair, surface_mesh
-from meshgen.errors import MesherFailed
+from meshgen.errors import BadRequest, MesherFailed
 from meshgen.mesh import TetMesh, check_volume
 
 from . import shapes
@@ -180,6 +180,19 @@ class Surfaces(Case):
         self.repaired("4 doubled triangles dropped", neighbours, 2000)
         sheet = (np.array([[30.0, 0, 0], [31, 0, 0], [30, 1, 0], [30.3, 0.3, 1e-7]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
         self.repaired("parts without volume dropped", joined(box(), sheet), 1000, write=shapes.obj, file="sheet.obj")
+
+    def test_cavities_are_kept(self):
+        """A cavity is kept of a shell that is there twice, back to front; one of loose triangles is open, and not dropped with the triangles that would close it."""
+        points, triangles = moved(box(size=(6, 6, 6)), (3, 3, 3))
+        outer = box(size=(12, 12, 12))
+        doubled = joined(outer, (points, np.vstack([triangles, triangles[:, ::-1]])))
+        found = repair.closed("a", *doubled, False)
+        self.assertAlmostEqual(found.volume(), 12**3 - 6**3)
+        self.assertIn("48 doubled triangles dropped", found.repairs[0])
+        corners = shapes.corners((points, triangles))
+        loose = corners + 1e-3 * (corners.mean(axis=1, keepdims=True) - corners)
+        with self.assertRaisesRegex(BadRequest, "open at 48 holes"):
+            repair.closed("a", *joined(outer, (loose.reshape(-1, 3), np.arange(144).reshape(-1, 3))), False)
 
     def test_gaps(self):
         """Nodes of open edges closer than 1e-5 of the extent are joined, others are not."""
