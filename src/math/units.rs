@@ -335,8 +335,10 @@ impl fmt::Display for Decimals {
 /// A regular expression (ECMA 262) for a number that is followed by a product of known units, or by no unit.
 pub fn pattern() -> String {
     let names: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
-    let factor = format!("(?:1|(?:{})(?:\\^-?[0-9]+|²|³)?)", names.join("|"));
-    format!(r"^\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*(?:/?\s*{factor}(?:[ *·/]+{factor})*)?\s*$")
+    let factor = format!("(?:(?:{})(?:\\^-?[0-9]+|²|³)?)", names.join("|"));
+    format!(
+        r"^\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*(?:1|(?:1?\s*/)?\s*{factor}(?:[ *·/]+{factor})*)?\s*$"
+    )
 }
 
 /// Splits a text into number and unit. The number is the longest prefix that parses as one: in "5 m" it must not include the "m", and in "1e3 Pa" it
@@ -359,7 +361,11 @@ fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
     let (mut factor, mut dimension) = (1.0, Dimension::NONE);
     for (k, part) in unit.split('/').enumerate() {
         let sign: i32 = if k == 0 { 1 } else { -1 };
-        for token in part.split([' ', '*', '·']).filter(|t| !t.is_empty() && *t != "1") {
+        // The numerator of 1/s, or no unit
+        if k == 0 && part.trim() == "1" {
+            continue;
+        }
+        for token in part.split([' ', '*', '·']).filter(|t| !t.is_empty()) {
             let (name, power) = match token.split_once('^') {
                 Some((name, p)) => (name, i32::from(p.parse::<i8>().map_err(|_| token.to_string())?)),
                 None => match token.strip_suffix('²').map(|n| (n, 2)).or(token.strip_suffix('³').map(|n| (n, 3))) {
@@ -417,6 +423,9 @@ mod tests {
             ("0.5", Dimension::NONE, 0.5),
             ("1e3 Pa", Dimension::PRESSURE, 1e3),
             ("2 1/s", Dimension::FREQUENCY, 2.0),
+            ("2 1 / s", Dimension::FREQUENCY, 2.0),
+            ("2 /s", Dimension::FREQUENCY, 2.0),
+            ("2 1", Dimension::NONE, 2.0),
             ("0.5 h", Dimension::TIME, 1800.0),
             ("2 min", Dimension::TIME, 120.0),
             ("2 %", Dimension::NONE, 0.02),
@@ -462,6 +471,9 @@ mod tests {
         assert!(message("18 mm", Dimension::PRESSURE).contains("wrong dimension"));
         assert!(message("18 kpa", Dimension::PRESSURE).ends_with("unknown unit \"kpa\"; did you mean kPa?"));
         assert!(message("1 inch", Dimension::LENGTH).ends_with("did you mean in?"));
+        // A number that fell apart
+        assert!(message("2 1 mm", Dimension::LENGTH).contains("unknown unit \"1\""));
+        assert!(message("2·1·mm", Dimension::LENGTH).contains("unknown unit \"1\""));
         assert!(message("1 furlong", Dimension::LENGTH).contains("the units are m, cm, mm"));
         assert!(message("0,1 s", Dimension::TIME).ends_with("write a decimal point, not a comma"));
         assert!(message("100,000 Pa", Dimension::PRESSURE).contains("leave it out where it marks thousands"));

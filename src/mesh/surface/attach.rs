@@ -40,10 +40,18 @@ pub struct TooFar {
     pub at: Vec3,
 }
 
+/// Rounding of a distance, relative to the diagonal of the body.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether a point at this distance from the body \[m\] is farther outside than `reach` \[m\], rounding apart.
+pub fn is_beyond(mesh: &TetMesh, distance: f64, reach: f64) -> bool {
+    distance > reach + ROUNDING * mesh.diagonal()
+}
+
 /// Returns the nodes of each point; refuses points that are farther outside than `reach` \[m\].
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attached>, TooFar> {
     let all = attached(mesh, points);
-    let far = all.iter().zip(points).filter(|(a, _)| a.outside > reach);
+    let far = all.iter().zip(points).filter(|(a, _)| is_beyond(mesh, a.outside, reach));
     let count = far.clone().count();
     match far.max_by(|a, b| a.0.outside.total_cmp(&b.0.outside)) {
         None => Ok(all),
@@ -53,7 +61,7 @@ pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attache
 
 /// Returns (node, weight) for each point, or a refusal if it is farther outside than `reach` \[m\].
 pub fn attach_each(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Vec<Result<Vec<(u32, f64)>, EmbedError>> {
-    let refused = |(a, &at): (Attached, &Vec3)| match a.outside > reach {
+    let refused = |(a, &at): (Attached, &Vec3)| match is_beyond(mesh, a.outside, reach) {
         true => Err(EmbedError::Outside { at, distance: a.outside }),
         false => Ok(a.weights),
     };

@@ -10,6 +10,8 @@ use toml::{Table, Value};
 pub enum OverrideError {
     #[error("\"{text}\" is not of the form key=value; write for example --set mesh.cells=9300")]
     Form { text: String },
+    #[error("\"{text}\" holds more than one key; give each of them in a --set of its own")]
+    Several { text: String },
     #[error("a path of {steps} steps; no key of a scene lies deeper than {DEEPEST}")]
     Deep { steps: usize },
     #[error("\"{path}\" leads nowhere: there is no \"{step}\"; {hint}")]
@@ -33,7 +35,11 @@ fn listed(numbers: &[usize]) -> String {
 /// [`OverrideError::Form`] for a text without `=`.
 pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     let (path, value) = text.split_once('=').ok_or_else(|| OverrideError::Form { text: text.into() })?;
-    let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
+    let mut table = format!("v = {value}").parse::<Table>().unwrap_or_default();
+    let parsed = table.remove("v");
+    if !table.is_empty() {
+        return Err(OverrideError::Several { text: text.into() });
+    }
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
 
@@ -210,6 +216,12 @@ fn label(entry: &Value) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_after_a_value_is_refused() {
+        assert!(matches!(parse("mesh.cells=9300\nfoo = 3"), Err(OverrideError::Several { .. })));
+        assert!(matches!(parse("mesh.cells = 9300"), Ok((path, Value::Integer(9300))) if path == "mesh.cells"));
+    }
 
     #[test]
     fn sets_by_path_and_names_what_is_known() {

@@ -298,7 +298,7 @@ fn embedded(
         points.iter().zip(found.iter().map(|a| a.outside)).filter(|(_, outside)| *outside > distance).collect()
     };
     let most = found.iter().map(|a| a.outside).fold(0.0, f64::max);
-    let refused = beyond(reach);
+    let refused = beyond(reach + ROUNDING * mesh.diagonal());
     if !refused.is_empty() {
         let listed = refused.iter().take(LISTED);
         let listed: Vec<String> = listed.map(|(at, d)| format!("{} by {:.4} mm", point(at), d * 1e3)).collect();

@@ -20,6 +20,10 @@ const ACROSS: f64 = 0.1;
 /// Smallest distance between root and tip relative to the diagonal of the body.
 const APART: f64 = 1e-9;
 
+/// Area vector relative to the area below which the normals of a region cancel, and share of the area below which its direction is doubtful.
+const CANCELLED: f64 = 1e-6;
+const DOUBTFUL: f64 = 0.1;
+
 /// Angle by which a tip has rotated and moved about a root.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -48,6 +52,15 @@ impl Probe for BendingAngle {
             ));
         }
         let normal = area_vector(mesh, &facets, &vec![0.0; 3 * mesh.points.len()]);
+        let area = mesh.region_area(&facets);
+        if !facets.is_empty() && normal.norm() <= CANCELLED * area {
+            let fact = format!("the normals of the facets of tip \"{}\" cancel, so that it has no direction", self.tip);
+            return Err(builder.content(
+                place,
+                fact,
+                "name the end face alone, not a closed surface or two opposite faces",
+            ));
+        }
         let directions = [("the line from root to tip", chord), ("the normal of the tip", normal)];
         let axis = self.checked_axis(place, builder, &directions[..if facets.is_empty() { 1 } else { 2 }])?;
         let windings = [Winding::new(normal, axis), Winding::new(chord, axis)];
@@ -56,10 +69,19 @@ impl Probe for BendingAngle {
 
     fn note(&self, place: &str, builder: &Builder) -> Option<String> {
         let tip = &self.tip;
-        builder.region(place, tip).is_ok_and(|region| region.facets.is_empty()).then(|| {
-            format!(
+        let facets = &builder.region(place, tip).ok()?.facets;
+        if facets.is_empty() {
+            return Some(format!(
                 "bending_angle: region \"{tip}\" holds no facets, so that bending_angle_deg is not recorded, only chord_angle_deg; \
                  where it is a selector, add pick = \"facets\" and a `rule`"
+            ));
+        }
+        let mesh = &builder.body.mesh;
+        let share = area_vector(mesh, facets, &vec![0.0; 3 * mesh.points.len()]).norm() / mesh.region_area(facets);
+        (share < DOUBTFUL).then(|| {
+            format!(
+                "bending_angle: the normals of the facets of \"{tip}\" cancel but for {:.1} % of their area, and bending_angle_deg is the rotation of that rest; name the end face alone",
+                100.0 * share
             )
         })
     }

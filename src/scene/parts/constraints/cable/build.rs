@@ -5,7 +5,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Decimals, Dimension};
 use crate::mesh::TetMesh;
-use crate::mesh::attach::attach_each;
+use crate::mesh::attach::{attach_each, is_beyond};
 use crate::mesh::ball::is_surrounded;
 use crate::mesh::embed::{embed, nearest_on_surface};
 use crate::mesh::error::point;
@@ -143,6 +143,12 @@ fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), 
         let fact = "max_tension limits a drive by length, and this one is a tension";
         return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
     }
+    if let Some(Length(reach)) = &spec.reach
+        && *reach < 0.0
+    {
+        let fact = format!("reach is {} mm", reach * 1e3);
+        return Err(builder.content(place, fact, "give zero or a positive length"));
+    }
     Ok(())
 }
 
@@ -210,7 +216,7 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
             }
             let nearest = nearest_on_surface(&mesh.mesh, *at);
             let distance = (nearest - *at).norm();
-            if distance > reach {
+            if is_beyond(&mesh.mesh, distance, reach) {
                 refused.push((
                     distance,
                     format!("{}guide {} at {} by {:.4} mm", route.of, k + 1, point(at), Decimals(distance * 1e3)),
@@ -247,7 +253,8 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
         }
         return Ok(());
     }
-    let most = Decimals(refused.iter().map(|r| r.0).fold(0.0, f64::max) * 1e3);
+    // Rounded up, so that the advice can be followed
+    let most = Decimals((refused.iter().map(|r| r.0).fold(0.0, f64::max) * 1e7).ceil() / 1e4);
     let which: Vec<String> = refused.into_iter().map(|r| r.1).collect();
     let by =
         if reach > 0.0 { format!(" by more than the reach of {:.4} mm", Decimals(reach * 1e3)) } else { String::new() };
