@@ -17,6 +17,7 @@ pub(super) mod skin;
 use super::body::Body;
 use super::control::{Controls, build_controls};
 use super::error::{SceneError, content, hint, part};
+use super::notes::first_layer::note_first_layer;
 use super::notes::stable::note_stability;
 use super::notes::unheld::note_free_motions;
 use super::numerics::check_numerics;
@@ -341,6 +342,7 @@ impl Scene {
             note_limits(builder, &cables, &cavities, &contacts);
         }
         check_start(builder, spec.start.as_ref())?;
+        note_first_layer(builder, spec.start.is_some());
         let mut probes = build_probes(builder, &spec.probes)?;
         probes.extend(builder.gathered.recorders.drain(..).chain(own_recorders));
         note_effects(builder, &spec.effects);

@@ -4,6 +4,7 @@ pub(super) mod beyond_data;
 pub(super) mod collapse;
 pub(super) mod cut_regions;
 pub(super) mod feedback;
+pub(super) mod first_layer;
 pub(super) mod friction;
 pub(super) mod implausible;
 pub(super) mod jump;
