@@ -76,6 +76,8 @@ fn damaged_c3d_files_are_refused() {
     // Points in the header; the last frame before the first; data beyond the end
     assert!(fact(&with(2, &[200, 0])).contains("200 points"));
     assert!(fact(&with(8, &[0, 0])).contains("before the first"));
+    // Frames counted from zero
+    assert_eq!(read(&with(6, &[0, 0, 19, 0]), &ReadOptions::default()).expect("20 frames").time_s.len(), 20);
     // Where the data begin, the parameters say too
     assert!(read(&with(16, &[0; 4]), &ReadOptions::default()).is_ok_and(|tracks| tracks.markers.len() == 3));
     let label = sound.windows(4).position(|w| w == b"RATE").expect("a rate") + 8;
