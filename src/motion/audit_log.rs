@@ -102,7 +102,7 @@ pub fn release(guide: &str, found: &Release, rule: &ReleaseRule) -> String {
 pub fn registration(found: &Registration, names: &[String], reference: &str) -> Vec<String> {
     let turn = found.rotation_half_widths().map(f64::to_degrees);
     let mut lines = vec![format!(
-        "{} were registered onto {reference}: rms {:.4} mm, size ratio {:.5}, rotation ±({:.3}, {:.3}, {:.3})° (95 %, {} degrees of freedom)",
+        "the markers {} were registered onto {reference}: rms {:.4} mm, size ratio {:.5}, rotation ±({:.3}, {:.3}, {:.3})° (95 %, {} degrees of freedom)",
         names.join(", "),
         1e3 * found.rms,
         found.size_ratio,
