@@ -248,10 +248,11 @@ fn a_body_without_a_held_state_has_no_final_value() {
     // From 1.5 s after the release on, where the vibration is below the noise
     let rest: Vec<&str> = text.lines().enumerate().filter(|(k, _)| *k == 0 || *k > 200).map(|(_, line)| line).collect();
     std::fs::write(folder.path().join("light.csv"), rest.join("\n")).expect("writable");
-    let by_marker = plan(folder.path(), &with_tracks()).unwrap_or_else(|e| panic!("{e}"));
+    let levels = with_tracks().replace("value = \"change\"", "value = \"final\"");
+    let by_marker = plan(folder.path(), &levels).unwrap_or_else(|e| panic!("{e}"));
     let light = by_marker.tracks.iter().find(|t| t.record == "light").expect("tracks");
     assert!(light.doubts.iter().any(|d| d.contains("there is no held state")), "{:?}", light.doubts);
-    let body = with_tracks()
+    let body = levels
         .replace(".csv\"], reference", ".csv\"], body = [\"a\", \"b\", \"tip\"], reference")
         .replace("curve = \"tip_z_m\"", "curve = \"displacement_z_m\"");
     let why = plan(folder.path(), &body).expect_err("nothing is held");
