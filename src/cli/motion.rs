@@ -189,6 +189,7 @@ fn request(args: &Args) -> Result<MotionRequest, Box<dyn std::error::Error>> {
             record: args.record.clone(),
         },
         body,
+        guides: vec![],
         reference: args.reference.clone(),
         held_s: times(&args.held, "--held")?,
         final_s: times(&args.last, "--final")?,

@@ -5,6 +5,7 @@ use super::curve::Curve;
 use super::plateau::{PlateauDoubt, PlateauRule};
 use super::registration::Registration;
 use super::release::{Release, ReleaseRule};
+use super::request::MotionRequest;
 use super::ring_down::RingDown;
 use crate::math::tensor::Vec3;
 use crate::math::units::shown;
@@ -57,6 +58,31 @@ pub fn doubt(curve: &str, state: &str, found: &PlateauDoubt) -> String {
     )
 }
 
+/// Returns the reason to doubt states that are found in a curve which ends before the record does.
+pub fn ends_early(guide: &Curve, time_s: &[f64]) -> Option<String> {
+    let (last, end) = (guide.time_s.last()?, time_s.last()?);
+    let fact = || {
+        format!(
+            "{}, in which the states are found, is last seen at {last} s, and the record ends at {end} s",
+            guide.name
+        )
+    };
+    (last < end).then(fact)
+}
+
+/// Returns the reason to doubt a registration or the motion of a body that refers to the final state, because no state is held.
+pub fn without_held(held: Option<[f64; 2]>, last: Option<[f64; 2]>, request: &MotionRequest) -> Option<String> {
+    let what = match (&request.reference, &request.body) {
+        (Some(_), _) => {
+            "the final state is registered onto the reference, which is right only for markers that do not move"
+        }
+        (None, Some(_)) => "the body is followed from its final state, in which its displacement is zero by definition",
+        (None, None) => return None,
+    };
+    (held.is_none() && last.is_some())
+        .then(|| format!("there is no held state: {what}; state the window of the held state if there is one"))
+}
+
 /// The line on the release.
 pub fn release(guide: &str, found: &Release, rule: &ReleaseRule) -> String {
     let rule = match (rule.factor, rule.threshold) {
@@ -76,7 +102,7 @@ pub fn release(guide: &str, found: &Release, rule: &ReleaseRule) -> String {
 pub fn registration(found: &Registration, names: &[String], reference: &str) -> Vec<String> {
     let turn = found.rotation_half_widths().map(f64::to_degrees);
     let mut lines = vec![format!(
-        "the held state of {} was registered onto {reference}: rms {:.4} mm, size ratio {:.5}, rotation ±({:.3}, {:.3}, {:.3})° (95 %, {} degrees of freedom)",
+        "the markers {} were registered onto {reference}: rms {:.4} mm, size ratio {:.5}, rotation ±({:.3}, {:.3}, {:.3})° (95 %, {} degrees of freedom)",
         names.join(", "),
         1e3 * found.rms,
         found.size_ratio,
@@ -99,7 +125,7 @@ pub fn body(names: &[String], at: Vec3, poses: &[Pose]) -> Vec<String> {
     let worst = poses.iter().max_by(|a, b| a.rms.total_cmp(&b.rms));
     let worst =
         worst.map(|p| format!("the group deforms by {:.4} mm (rms) at most, at {:.4} s", 1e3 * p.rms, p.time_s));
-    let mut lines = vec![format!("body of {}, followed at {} of the held state", names.join(", "), millimetres(at))];
+    let mut lines = vec![format!("body of {}, followed at {} of its reference", names.join(", "), millimetres(at))];
     lines.extend(worst);
     lines
 }

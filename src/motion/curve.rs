@@ -1,7 +1,7 @@
 //! A quantity over time, measured or simulated.
 
 use super::error::MotionError;
-use crate::math::statistics::{median, range};
+use crate::math::statistics::{extent, median, range};
 use nalgebra::{SMatrix, SVector};
 
 /// Values at ascending times.
@@ -19,6 +19,8 @@ pub struct Curve {
 const BLOCK: usize = 48;
 /// Number of neighbouring values in a combination
 const NEAR: usize = 5;
+/// Largest share of the values that are outliers \[–\]
+const OUTLIERS: f64 = 0.01;
 
 type Neighbours = SVector<f64, NEAR>;
 
@@ -73,9 +75,18 @@ impl Curve {
         start..end.max(start)
     }
 
-    /// Largest minus smallest value.
+    /// Returns the largest minus the smallest value, single outliers apart: the medians of three neighbouring values have a range, and a value that
+    /// is outside of it by more than this range is an outlier, if there are no more than one in a hundred (or one).
     pub fn range(&self) -> f64 {
-        range(self.value.iter().copied())
+        let all = || self.value.iter().copied();
+        let [low, high] = extent(self.value.windows(3).map(|w| median_of_three(w[0], w[1], w[2])));
+        let inner = (2.0 * low - high)..=(2.0 * high - low);
+        let outliers = all().filter(|v| !inner.contains(v)).count();
+        if outliers as f64 > (OUTLIERS * self.value.len() as f64).max(1.0) {
+            range(all())
+        } else {
+            range(all().filter(|v| inner.contains(v)))
+        }
     }
 
     /// Returns the standard deviation of the noise. In each block of rows it is the smallest standard deviation of a combination of five neighbouring
@@ -103,7 +114,7 @@ impl Curve {
         if 2 * gaps.len() > sorted.len() {
             0.0
         } else {
-            gaps.into_iter().fold(f64::INFINITY, f64::min).min(self.range())
+            gaps.into_iter().fold(f64::INFINITY, f64::min).min(range(self.value.iter().copied()))
         }
     }
 
@@ -111,6 +122,11 @@ impl Curve {
     pub fn time_step(&self) -> f64 {
         median(&self.time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
     }
+}
+
+/// Returns the middle one of three values.
+pub(super) fn median_of_three(a: f64, b: f64, c: f64) -> f64 {
+    a.max(b).min(a.min(b).max(c))
 }
 
 /// Square root of the smallest variance of a combination of neighbours. Their mean and the free coefficients of the combination take one degree of

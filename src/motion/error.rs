@@ -34,6 +34,8 @@ pub enum MotionError {
     Records { file: String, records: Vec<String> },
     #[error("{file}: there is no record \"{asked}\"; known: {}", first(known))]
     NoRecord { file: String, asked: String, known: Vec<String> },
+    #[error("{file}: {fact}, so that {option} has no meaning; leave it out")]
+    Unused { file: String, option: &'static str, fact: &'static str },
     #[error("{file}: the unit of the coordinates is not stated; pass --unit mm, or the unit that it is")]
     NoUnit { file: String },
     #[error("{file}: \"{unit}\" is no unit of {of}; wanted is one such as {example}")]
@@ -54,12 +56,17 @@ pub enum MotionError {
         "{file}: marker {name} is at exactly 0, 0, 0 in {found} of {rows} rows, to which it jumps from elsewhere: a program wrote zeros where it was not seen; export these rows as gaps, in a table as three empty cells"
     )]
     Zeros { file: String, name: String, found: usize, rows: usize },
-    #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
-    Times { file: String, lines: Vec<u64> },
-    #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
-    Twice { file: String, name: String, at: Option<f64> },
+    #[error("{file}: the {what} do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
+    Times { file: String, what: &'static str, lines: Vec<u64> },
+    #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.as_ref().map_or(String::new(), |at| format!(" {at}")))]
+    Twice { file: String, name: String, at: Option<String> },
     #[error(
-        "{file}: the markers have different numbers of rows ({}), so that --rate gives them no times; write a row with three empty cells where a marker was not seen, or a column of times",
+        "{file}: {} lines are means of another number of samples than the first row of their time: {}; the rows of one time need one number, so average all markers over the same samples, or remove the column",
+        lines.len(), first(lines)
+    )]
+    Uneven { file: String, lines: Vec<u64> },
+    #[error(
+        "{file}: the markers have different numbers of rows ({}), so that --rate gives them no times; write a row with three empty cells where a marker was not seen, or a column \"frame\" with the numbers of the frames",
         first(counts)
     )]
     Frames { file: String, counts: Vec<String> },
@@ -110,6 +117,10 @@ pub enum MotionError {
     NoPlateau { curve: String, least_s: f64, tolerance: f64 },
     #[error("the curve never leaves the held plateau by more than {}; take a smaller threshold", in_unit(.limit, .curve))]
     NoRelease { curve: String, limit: f64 },
+    #[error(
+        "there was no release, from which the window of a ring-down counts; state the window of the held state with --held"
+    )]
+    Unreleased,
     #[error("the window {from_s} s to {to_s} s {fact}; {remedy}")]
     Window { from_s: f64, to_s: f64, fact: &'static str, remedy: &'static str },
     #[error("no ring-down in {from_s} s to {to_s} s: {fact}; {remedy}")]

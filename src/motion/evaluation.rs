@@ -58,9 +58,10 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
 /// All refusals of the individual steps: see [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
 pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Evaluation, MotionError> {
     let mut log = tracks.log.clone();
-    let guide = guide(&tracks)?;
+    let guide = guide(&tracks, request)?;
     let mut states = states(&guide, request, &mut log)?;
-    let mut doubts = vec![];
+    let mut doubts: Vec<String> = audit_log::ends_early(&guide, &tracks.time_s).into_iter().collect();
+    doubts.extend(audit_log::without_held(states.held, states.last, request));
     let registration = match (&request.reference, states.missing.take()) {
         // The mean position of a body in motion is not one of its positions
         (Some(_), Some(why)) => return Err(why),
@@ -72,16 +73,16 @@ pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Ev
     };
     let (poses, curves) = match &request.body {
         Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log, &mut doubts)?,
-        None => (vec![], marker_curves(&tracks)?),
+        None => (vec![], marker_curves(&tracks, |_| true)?),
     };
     let curves = with_states(curves, [states.held, states.last], &mut doubts)?;
-    let origin = states.release.as_ref().map_or(0.0, |r| r.time_s);
     let ring_down = match &request.ring_down {
         None => None,
         Some((name, [from, to])) => {
             let known = || curves.iter().map(|c| c.curve.name.clone()).collect();
             let absent = || MotionError::NoCurve { asked: name.clone(), known: known() };
             let at = curves.iter().position(|c| c.curve.name == *name).ok_or_else(absent)?;
+            let origin = states.release.as_ref().ok_or(MotionError::Unreleased)?.time_s;
             let found = ring_down(&curves[at].curve, [origin + from, origin + to], origin, request.creep)?;
             log.extend(audit_log::ring_down(name, &found));
             Some((at, found))
@@ -96,16 +97,31 @@ pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Ev
     Ok(Evaluation { source, tracks, registration, release: states.release, poses, curves, ring_down, log, doubts })
 }
 
-/// Returns the coordinate of a marker with the largest range, from which the states of the record are found.
-fn guide(tracks: &Tracks) -> Result<Curve, MotionError> {
-    let widest = marker_curves(tracks)?.into_iter().max_by(|a, b| a.range().total_cmp(&b.range()));
+/// Share of the rows of the marker seen most below which a marker does not tell the states of a record \[–\]
+const SEEN: f64 = 0.5;
+
+/// Returns the coordinate with the largest range, from which the states of the record are found: of the markers requested for it, of the body, or else
+/// of all; a marker that is seen in few rows, such as a reflection, does not count.
+fn guide(tracks: &Tracks, request: &MotionRequest) -> Result<Curve, MotionError> {
+    let body = request.body.as_ref().map_or(&[][..], |b| &b.markers);
+    let of = |names: &[String]| marker_curves(tracks, |m| names.contains(&m.name));
+    let mut curves = of(&request.guides)?;
+    if curves.is_empty() {
+        curves = of(body)?;
+    }
+    if curves.is_empty() {
+        curves = marker_curves(tracks, |_| true)?;
+    }
+    let most = curves.iter().map(|c| c.value.len()).max().unwrap_or(0);
+    let seen = curves.into_iter().filter(|c| c.value.len() as f64 >= SEEN * most as f64);
+    let widest = seen.max_by(|a, b| a.range().total_cmp(&b.range()));
     widest.ok_or_else(|| MotionError::NoMarkers { file: tracks.source.clone() })
 }
 
-/// Returns a curve for each coordinate of each marker that is ever visible.
-fn marker_curves(tracks: &Tracks) -> Result<Vec<Curve>, MotionError> {
+/// Returns a curve for each coordinate of each of these markers that is ever visible.
+fn marker_curves(tracks: &Tracks, is_wanted: impl Fn(&Track) -> bool) -> Result<Vec<Curve>, MotionError> {
     let mut curves = vec![];
-    for marker in tracks.markers.iter().filter(|m| m.points.iter().any(Option::is_some)) {
+    for marker in tracks.markers.iter().filter(|m| is_wanted(m) && m.points.iter().any(Option::is_some)) {
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
             let rows = marker.points.iter().enumerate().filter_map(|(i, p)| Some((i, (*p)?[k])));
             let (at, value): (Vec<usize>, Vec<f64>) = rows.unzip();

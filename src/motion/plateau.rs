@@ -3,7 +3,7 @@
 //! A plateau is a longest stretch of time in which all values except single outliers lie within ±tolerance of one level. Its mean and drift are
 //! least-squares estimates with errors that may be correlated from one row to the next (see `calibrate::judgement::errors`).
 
-use super::curve::Curve;
+use super::curve::{Curve, median_of_three};
 use super::error::MotionError;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors::{self, ErrorModel};
@@ -216,7 +216,7 @@ fn without_outliers(value: &[f64], tolerance: f64) -> Vec<f64> {
         let near = k.saturating_sub(AROUND)..value.len().min(k + AROUND + 1);
         let [low, high] = extent(near.filter(|j| *j != k).map(|j| value[j]));
         let (a, c) = (value[k - 1], value[k + 1]);
-        if high - low > 2.0 * tolerance { value[k] } else { a.max(value[k]).min(a.min(value[k]).max(c)) }
+        if high - low > 2.0 * tolerance { value[k] } else { median_of_three(a, value[k], c) }
     };
     (0..value.len()).map(one).collect()
 }

@@ -21,6 +21,8 @@ pub struct MotionRequest {
     pub file: PathBuf,
     pub read: ReadOptions,
     pub body: Option<BodyRequest>,
+    /// Markers in which the states are found; if none of them is known, those of the body, or else all
+    pub guides: Vec<String>,
     /// Table of marker positions in the frame of the body, onto which the held state is registered
     pub reference: Option<PathBuf>,
     /// Windows of the held and the final state \[s\]; found automatically if `None`

@@ -28,7 +28,6 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
         return Err(MotionError::Incomplete { file: file.into(), markers: incomplete });
     }
     let decimal = rows.decimal(&columns.numeric(), None)?;
-    let body = rows.body;
     let mut log: Vec<String> =
         encoding.map(|e| format!("the file is not UTF-8; it was read as {e}")).into_iter().collect();
     let shown = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
@@ -37,20 +36,29 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     let table = Table { file, names: &names.cells, units: own, columns: &columns, decimal, options };
     let unit = table.unit()?;
     let factor = table.time_factor(&mut log)?;
+    let body = table.of_record(rows.body)?;
     let (format, rows) = if columns.marker.is_some() {
-        ("table with one row per marker", table.by_marker(&table.of_record(body)?)?)
+        ("table with one row per marker", table.by_marker(&body)?)
     } else {
         ("table with one row per time", table.by_time(&body)?)
     };
     let Rows { time, samples, markers } = rows;
+    let first = time.first().copied().unwrap_or(0.0);
+    if let Some(at) = table.frame_column() {
+        log.push(format!(
+            "column \"{}\" numbers the frames, from {first} on; they follow at the given rate",
+            names.cells[at]
+        ));
+    }
+    let seconds = |t: f64| options.rate_hz.map_or(factor * t, |rate| (t - first) / rate);
     if samples.iter().any(|n| *n != 1.0) {
         let most = samples.iter().fold(0.0, |a: f64, n| a.max(*n));
         log.push(format!("rows are means of up to {most} samples, with which they are weighted"));
     }
-    Ok(Raw { format, unit, time_s: time.iter().map(|t| factor * t).collect(), samples, markers, log })
+    Ok(Raw { format, unit, time_s: time.into_iter().map(seconds).collect(), samples, markers, log })
 }
 
-/// Rows in the unit of the file.
+/// Rows in the unit of the file; times are numbers of frames if the rate is given.
 struct Rows {
     time: Vec<f64>,
     samples: Vec<f64>,
@@ -108,8 +116,13 @@ impl Table<'_> {
         line.cells.get(at).map_or("", String::as_str)
     }
 
-    /// Returns the time and the number of samples of a row; if the rate is given, the time follows from the index of the frame. Cells that are not
-    /// numbers are added to `wrong` with the numbers of their lines.
+    /// Returns the column with the numbers of the frames, if the times follow from them.
+    fn frame_column(&self) -> Option<usize> {
+        self.options.rate_hz.and(self.columns.frame)
+    }
+
+    /// Returns the time and the number of samples of a row; if the rate is given, the number of the frame in place of the time: that of the file, or
+    /// else its index. Cells that are not numbers are added to `wrong` with the numbers of their lines.
     fn row(&self, line: &Line, frame: usize, wrong: &mut Wrong) -> (f64, f64) {
         let read = |at: Option<usize>, otherwise: f64, wrong: &mut Vec<String>| match at.map(|k| self.cell(line, k)) {
             None => otherwise,
@@ -119,7 +132,7 @@ impl Table<'_> {
             }),
         };
         let time = match self.options.rate_hz {
-            Some(rate) => frame as f64 / rate,
+            Some(_) => read(self.columns.frame, frame as f64, &mut wrong.cells),
             None => read(self.columns.time, 0.0, &mut wrong.times),
         };
         let samples = read(self.columns.samples, 1.0, &mut wrong.cells);
@@ -146,14 +159,21 @@ impl Table<'_> {
         wrong.refuse(self.file)?;
         let late: Vec<u64> = (1..time.len()).filter(|k| time[*k] <= time[*k - 1]).map(|k| body[k].number).collect();
         if !late.is_empty() {
-            return Err(MotionError::Times { file: self.file(), lines: late });
+            let what = if self.frame_column().is_some() { "numbers of the frames" } else { "times" };
+            return Err(MotionError::Times { file: self.file(), what, lines: late });
         }
         Ok(Rows { time, samples, markers })
     }
 
     /// Returns the lines of the requested record.
     fn of_record<'b>(&self, body: Vec<&'b Line>) -> Result<Vec<&'b Line>, MotionError> {
-        let Some(at) = self.columns.record else { return Ok(body) };
+        let Some(at) = self.columns.record else {
+            let unused = || {
+                let fact = "the table has no column record, experiment, trial or run";
+                MotionError::Unused { file: self.file(), option: "--record", fact }
+            };
+            return if self.options.record.is_some() { Err(unused()) } else { Ok(body) };
+        };
         let (mut known, mut seen): (Vec<String>, HashSet<&str>) = (vec![], HashSet::new());
         for line in &body {
             let name = self.cell(line, at);
@@ -173,7 +193,7 @@ impl Table<'_> {
 
     fn by_marker(&self, body: &[&Line]) -> Result<Rows, MotionError> {
         let (at, axes) = (self.columns.marker.unwrap_or_default(), self.columns.points[0].1);
-        let mut wrong = Wrong::default();
+        let (mut wrong, mut uneven) = (Wrong::default(), vec![]);
         let (mut order, mut frames): (Vec<String>, HashMap<String, usize>) = (vec![], HashMap::new());
         // Times in numerical order (IEEE total order), not in the order of the file
         let mut rows: BTreeMap<Sorted, MarkerRow> = BTreeMap::new();
@@ -188,13 +208,21 @@ impl Table<'_> {
             let point =
                 coordinate(axes.map(|k| k.map_or("", |k| self.cell(line, k))), line.number, self.decimal, &mut wrong);
             let row = rows.entry(Sorted(t)).or_insert((n, BTreeMap::new()));
+            if row.0 != n {
+                uneven.push(line.number);
+            }
             if row.1.insert(name.clone(), point).is_some() {
-                return Err(MotionError::Twice { file: self.file(), name, at: Some(t) });
+                let at = if self.frame_column().is_some() { format!("in frame {t}") } else { format!("at {t} s") };
+                return Err(MotionError::Twice { file: self.file(), name, at: Some(at) });
             }
         }
         wrong.refuse(self.file)?;
-        // Without times, a marker that lacks a row in a frame would be shifted in time relative to the others
-        if self.options.rate_hz.is_some() && frames.values().any(|n| *n != rows.len()) {
+        // At a single time, nothing is weighted
+        if rows.len() > 1 && !uneven.is_empty() {
+            return Err(MotionError::Uneven { file: self.file(), lines: uneven });
+        }
+        // Without times and numbers of frames, a marker that lacks a row in a frame would be shifted in time relative to the others
+        if self.options.rate_hz.is_some() && self.columns.frame.is_none() && frames.values().any(|n| *n != rows.len()) {
             let counts = order.iter().map(|name| format!("{name} {}", frames[name])).collect();
             return Err(MotionError::Frames { file: self.file(), counts });
         }

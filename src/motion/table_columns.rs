@@ -13,6 +13,8 @@ const HEAD: usize = 200;
 #[derive(Default)]
 pub struct Columns {
     pub time: Option<usize>,
+    /// Column with the numbers of the frames
+    pub frame: Option<usize>,
     pub samples: Option<usize>,
     /// Column with the name of the marker of the row
     pub marker: Option<usize>,
@@ -31,6 +33,7 @@ impl Columns {
             let free = |place: &mut Option<usize>| *place = place.or(Some(k));
             match names::meaning(cell) {
                 Cell::Time => free(&mut columns.time),
+                Cell::Frame => free(&mut columns.frame),
                 Cell::Samples => free(&mut columns.samples),
                 Cell::Marker => free(&mut columns.marker),
                 Cell::Record => free(&mut columns.record),

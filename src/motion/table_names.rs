@@ -7,6 +7,8 @@ use crate::math::units::Dimension;
 #[derive(Clone, PartialEq, Debug)]
 pub enum Cell {
     Time,
+    /// Number of the frame
+    Frame,
     /// Number of samples averaged in the row
     Samples,
     /// Name of the marker of the row
@@ -27,6 +29,7 @@ pub fn meaning(name: &str) -> Cell {
     let lower = bare.to_lowercase();
     match lower.as_str() {
         "t" | "time" | "timestamp" | "zeit" | "temps" => return Cell::Time,
+        "frame" | "frame#" | "frame number" | "frame_number" => return Cell::Frame,
         "n_avg" | "n_samples" | "samples" => return Cell::Samples,
         "marker" | "label" | "point" => return Cell::Marker,
         "record" | "experiment" | "trial" | "run" => return Cell::Record,
@@ -76,6 +79,8 @@ mod tests {
             ("Time (ms)", Cell::Time, Some("ms")),
             ("time", Cell::Time, None),
             ("n_avg", Cell::Samples, None),
+            ("Frame#", Cell::Frame, None),
+            ("frame_x_mm", at("frame", 0), Some("mm")),
             ("tip1_x_m", at("tip1", 0), Some("m")),
             ("tip 1 Y [mm]", at("tip 1", 1), Some("mm")),
             ("tip:Z", at("tip", 2), None),

@@ -9,7 +9,7 @@ pub struct ReadOptions {
     pub unit: Option<String>,
     /// Unit of the times of a table, such as `ms`
     pub time_unit: Option<String>,
-    /// Frames per second, if the file has no times
+    /// Frames per second, if the file has no times or wrong ones
     pub rate_hz: Option<f64>,
     /// Record to read from a table that contains several
     pub record: Option<String>,

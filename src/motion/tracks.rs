@@ -49,8 +49,10 @@ impl Tracks {
     /// The errors of [`Tracks::read`].
     pub fn parse(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
         let raw = if c3d::is_c3d(bytes) {
+            only_of_tables(file, options)?;
             c3d::read(file, bytes, options)?
         } else if trc::is_trc(bytes) {
+            only_of_tables(file, options)?;
             trc::read(file, bytes, options)?
         } else {
             table::read(file, bytes, options)?
@@ -104,6 +106,18 @@ impl Tracks {
         };
         Ok(self.select(names)?.into_iter().map(one).collect())
     }
+}
+
+/// Refuses options of tables for a file of another format.
+fn only_of_tables(file: &str, options: &ReadOptions) -> Result<(), MotionError> {
+    let refuse = |option, fact| Err(MotionError::Unused { file: file.into(), option, fact });
+    if options.record.is_some() {
+        return refuse("--record", "C3D and TRC files hold one record");
+    }
+    if options.time_unit.is_some() {
+        return refuse("--time-unit", "times of C3D and TRC files are in seconds");
+    }
+    Ok(())
 }
 
 /// Returns the factor to metres of a unit in the spellings that programs use.

@@ -53,11 +53,13 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     let mut markers: Vec<Track> =
         labels.iter().map(|(_, name)| Track { name: name.to_string(), points: Vec::with_capacity(found) }).collect();
     let mut time_s = Vec::with_capacity(found);
+    // With a rate the times follow from the numbers of the frames
+    let (clock, what) = if options.rate_hz.is_some() { (0, "numbers of the frames") } else { (1, "times") };
     for line in body {
         let cell = |at: usize| line.cells.get(at).map_or("", String::as_str);
-        match table::number(cell(1), decimal) {
+        match table::number(cell(clock), decimal) {
             Ok(t) => time_s.push(t),
-            Err(_) => wrong.times.push(format!("line {} \"{}\"", line.number, cell(1))),
+            Err(_) => wrong.times.push(format!("line {} \"{}\"", line.number, cell(clock))),
         }
         for (marker, (at, _)) in markers.iter_mut().zip(&labels) {
             marker.points.push(coordinate([0, 1, 2].map(|i| cell(at + i)), line.number, decimal, &mut wrong));
@@ -66,13 +68,18 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     wrong.refuse(file)?;
     let late: Vec<u64> = (1..found).filter(|k| time_s[*k] <= time_s[*k - 1]).map(|k| body[k].number).collect();
     if !late.is_empty() {
-        return Err(MotionError::Times { file: file.into(), lines: late });
+        return Err(MotionError::Times { file: file.into(), what, lines: late });
     }
-    let log = rate_note(&time_s, value("DataRate").and_then(|v| table::number(v, decimal).ok()));
-    let time_s = match options.rate_hz {
-        Some(rate) if rate > 0.0 && rate.is_finite() => (0..found).map(|k| k as f64 / rate).collect(),
+    let stated = value("DataRate").and_then(|v| table::number(v, decimal).ok());
+    let (time_s, log) = match options.rate_hz {
+        Some(rate) if rate > 0.0 && rate.is_finite() => {
+            (time_s.iter().map(|frame| (frame - time_s[0]) / rate).collect(), vec![])
+        }
         Some(rate) => return Err(MotionError::Rate { file: file.into(), rate }),
-        None => time_s,
+        None => {
+            let log = rate_note(&time_s, stated);
+            (time_s, log)
+        }
     };
     Ok(Raw { format: "TRC", unit: value("Units").cloned(), samples: vec![1.0; found], time_s, markers, log })
 }

@@ -76,6 +76,8 @@ fn damaged_c3d_files_are_refused() {
     // Points in the header; the last frame before the first; data beyond the end
     assert!(fact(&with(2, &[200, 0])).contains("200 points"));
     assert!(fact(&with(8, &[0, 0])).contains("before the first"));
+    // Frames counted from zero
+    assert_eq!(read(&with(6, &[0, 0, 19, 0]), &ReadOptions::default()).expect("20 frames").time_s.len(), 20);
     // Where the data begin, the parameters say too
     assert!(read(&with(16, &[0; 4]), &ReadOptions::default()).is_ok_and(|tracks| tracks.markers.len() == 3));
     let label = sound.windows(4).position(|w| w == b"RATE").expect("a rate") + 8;
@@ -533,4 +535,65 @@ fn a_measured_beam_is_evaluated_and_its_decisions_are_written_down() {
     assert!((1e3 * change.value + 6.45).abs() < 0.05 && change.half_width() < 1e-4, "{change:?}");
     let other = MotionRequest { ring_down: Some(("q".into(), [0.3, 1.6])), ..request };
     assert!(evaluate(&other).expect_err("no such curve").to_string().contains("displacement_x_m"));
+}
+
+/// A record is chosen in every kind of table, or the option is refused; with a rate, times follow the numbers of the frames; rows of one time are means of
+/// one number of samples.
+#[test]
+fn options_and_columns_count_or_are_refused() {
+    let read = |file: &str, text: &str, options: ReadOptions| Tracks::parse(file, text.as_bytes(), &options);
+    let record = |name: &str| ReadOptions { record: Some(name.into()), ..ReadOptions::default() };
+    let rate = || ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() };
+    let why = |found: Result<Tracks, MotionError>| found.expect_err("must be refused").to_string();
+    let wide = "t_s,trial,a_x_mm,a_y_mm,a_z_mm\n0,p,1,2,3\n1,p,1,2,4\n2,q,1,2,5\n";
+    assert_eq!(read("a.csv", wide, record("q")).expect("known").time_s, [2.0]);
+    assert!(why(read("a.csv", wide, ReadOptions::default())).contains("--record"));
+    assert!(why(read("a.csv", wide, record("r"))).contains("known: p, q"));
+    assert!(why(read("a.csv", "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3\n", record("q"))).contains("leave it out"));
+    assert!(why(read("a.trc", TRC, record("q"))).contains("--record has no meaning"));
+    let time_unit = ReadOptions { time_unit: Some("ms".into()), ..ReadOptions::default() };
+    assert!(why(read("a.trc", TRC, time_unit)).contains("--time-unit has no meaning"));
+    let frames = "frame,a_x_mm,a_y_mm,a_z_mm\n5,1,2,3\n6,1,2,4\n9,1,2,5\n";
+    assert_eq!(read("a.csv", frames, rate()).expect("numbered").time_s, [0.0, 0.02, 0.08]);
+    let back = frames.replace("9,", "6,");
+    assert!(why(read("a.csv", &back, rate())).contains("numbers of the frames do not increase"));
+    assert_eq!(
+        read("a.trc", &TRC.replace("\n3\t0.020", "\n5\t0.020"), rate()).expect("numbered").time_s,
+        [0.0, 0.02, 0.08]
+    );
+    let lost = "marker,frame,x_mm,y_mm,z_mm\na,1,1,2,3\na,3,4,5,6\nb,3,7,8,9\n";
+    let lost = read("a.csv", lost, rate()).expect("numbered");
+    assert!(lost.time_s == [0.0, 0.04] && lost.markers[1].points[0].is_none());
+    let uneven = "marker,t_s,n_avg,x_mm,y_mm,z_mm\na,0,1,1,2,3\nb,0,1,1,2,3\na,1,1,1,2,3\nb,1,9,1,2,3\n";
+    assert!(refused(uneven).contains("another number of samples") && refused(uneven).contains(": 5;"));
+}
+
+/// A reflection that is seen in few rows far away, and one row of a marker at rest that is far off, leave states, change and release as they are without them. A
+/// record without a release has no ring-down.
+#[test]
+fn a_reflection_or_an_outlier_does_not_decide_the_states() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = |name: &str, from: u32, other: &dyn Fn(u32) -> String, ring_down| {
+        let mut text = String::from("t_s,tip_x_mm,tip_y_mm,tip_z_mm,base_x_mm,base_y_mm,base_z_mm\n");
+        for k in from..400 {
+            let s = 0.01 * f64::from(k.max(100) - 100);
+            let z = -6.5 * (1.0 - (-3.0 * s).exp() * (20.0 * s).cos()) + 0.01 * (1.7 * f64::from(k).powi(2)).sin();
+            text += &format!("{},1,2,{z},{}\n", 0.01 * f64::from(k), other(k));
+        }
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).expect("writable");
+        evaluate(&MotionRequest { file, ring_down, ..MotionRequest::default() })
+    };
+    let change = |e: &Evaluation| e.curves.iter().find(|c| c.curve.name == "tip_z_m").expect("a curve").change;
+    let sound = found("a.csv", 0, &|k| format!("5,6,{}", 0.01 * f64::from(k % 3)), None).expect("sound");
+    let spike = |k: u32| format!("5,6,{}", if k == 300 { 900.0 } else { 0.01 * f64::from(k % 3) });
+    let ghost = |k: u32| if (200..230).contains(&k) { format!("{k},6,7") } else { ",,".into() };
+    for other in [&spike as &dyn Fn(u32) -> String, &ghost] {
+        let e = found("b.csv", 0, other, None).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(change(&e), change(&sound));
+        assert_eq!(e.release, sound.release);
+    }
+    let ring = Some(("tip_z_m".to_string(), [0.05, 1.0]));
+    let why = found("c.csv", 110, &|_| ",,".into(), ring).expect_err("no release").to_string();
+    assert!(why.contains("there was no release") && why.contains("--held"), "{why}");
 }

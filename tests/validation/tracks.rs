@@ -236,3 +236,25 @@ fn mistakes_of_tracks_are_refused() {
         &["record light: tracks: threshold: "],
     );
 }
+
+/// A body whose record begins after the motion has no final displacement: from its final state it would be zero by construction. The level of a marker has one.
+#[test]
+fn a_body_without_a_held_state_has_no_final_value() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_reference(folder.path());
+    let robot = Robot { drop: 9.0, noise: 0.01, misplaced: 0.0, creep: 0.0 };
+    write_tracks(folder.path(), "none", robot, &mut SplitMix(1));
+    let text = tracks(robot, &mut SplitMix(2));
+    // From 1.5 s after the release on, where the vibration is below the noise
+    let rest: Vec<&str> = text.lines().enumerate().filter(|(k, _)| *k == 0 || *k > 200).map(|(_, line)| line).collect();
+    std::fs::write(folder.path().join("light.csv"), rest.join("\n")).expect("writable");
+    let levels = with_tracks().replace("value = \"change\"", "value = \"final\"");
+    let by_marker = plan(folder.path(), &levels).unwrap_or_else(|e| panic!("{e}"));
+    let light = by_marker.tracks.iter().find(|t| t.record == "light").expect("tracks");
+    assert!(light.doubts.iter().any(|d| d.contains("there is no held state")), "{:?}", light.doubts);
+    let body = levels
+        .replace(".csv\"], reference", ".csv\"], body = [\"a\", \"b\", \"tip\"], reference")
+        .replace("curve = \"tip_z_m\"", "curve = \"displacement_z_m\"");
+    let why = plan(folder.path(), &body).expect_err("nothing is held");
+    assert!(why.contains("light: tracks light.csv: displacement_z_m has no held state"), "{why}");
+}

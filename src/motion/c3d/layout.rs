@@ -5,8 +5,10 @@ use super::parameters::Parameters;
 
 /// Label of a point that has none
 const UNNAMED: &str = "point";
-/// Largest number of frames that the words of the header can state
-const FULL: usize = 65_535;
+/// Number of values of a word of the header
+const WORD: usize = 65_536;
+/// Last frames at which a header is full: the largest words, without and with a sign
+const FULL: [usize; 2] = [WORD - 1, WORD / 2 - 1];
 
 /// Location of the points, and how they are written.
 pub struct Layout {
@@ -115,7 +117,8 @@ impl Layout {
     }
 }
 
-/// Number of frames. The words of the header are limited to 65 535; longer recordings state the frames in parameters.
+/// Returns the number of frames. The words of the header are limited to 65 535; longer recordings state the frames in parameters, which have to agree
+/// with the header as far as its words go.
 fn frames(parameters: &Parameters, first: usize, last: usize) -> Result<Option<usize>, String> {
     let long = |name: &str| match parameters.numbers("TRIAL", name) {
         // Two unsigned words, the lower one first
@@ -124,17 +127,19 @@ fn frames(parameters: &Parameters, first: usize, last: usize) -> Result<Option<u
         }
         _ => None,
     };
-    if let (Some(from), Some(to)) = (long("ACTUAL_START_FIELD"), long("ACTUAL_END_FIELD"))
-        && to >= from
-        && to - from < 1e9
-    {
-        return Ok(Some((to - from) as usize + 1));
+    let of_trial = long("ACTUAL_START_FIELD").zip(long("ACTUAL_END_FIELD")).map(|(from, to)| to - from + 1.0);
+    let of_points = parameters.numbers("POINT", "LONG_FRAMES").first().copied();
+    let stated = [of_trial, of_points].into_iter().flatten().find(|n| *n >= 1.0 && *n <= 1e9).map(|n| n as usize);
+    if let Some(stated) = stated {
+        let agrees = (last + 1 + WORD - first) % WORD == stated % WORD;
+        return if agrees || FULL.contains(&last) {
+            Ok(Some(stated))
+        } else {
+            Err(format!("the header announces the frames {first} to {last}, the parameters announce {stated} frames"))
+        };
     }
-    if let Some(stated) = parameters.numbers("POINT", "LONG_FRAMES").first().filter(|n| **n >= 1.0 && **n < 1e9) {
-        return Ok(Some(*stated as usize));
+    if last < first.max(1) {
+        return Err(format!("the last frame {last} is before the first one {}", first.max(1)));
     }
-    if last < first {
-        return Err(format!("the last frame {last} is before the first one {first}"));
-    }
-    Ok((last < FULL).then_some((last + 1).saturating_sub(first.max(1))))
+    Ok((last != FULL[0]).then_some(last + 1 - first))
 }

@@ -62,6 +62,7 @@ fn one(t: &MeasuredTracks) -> Result<Timed, MotionError> {
     let request = MotionRequest {
         file: t.path.clone(),
         read: ReadOptions { unit: t.unit.clone(), record: t.record.clone(), ..ReadOptions::default() },
+        guides: t.points.iter().map(|(marker, _)| marker.clone()).collect(),
         reference: t.reference.clone(),
         held_s: t.held_s,
         ..MotionRequest::default()

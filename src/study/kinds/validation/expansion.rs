@@ -11,7 +11,7 @@ use crate::study::kinds::validation::field::{Errors, Field};
 use crate::study::kinds::validation::law_files::with_inputs;
 use crate::study::kinds::validation::plan::{FamilyPlan, InputPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::quantities::Sources;
-use crate::study::kinds::validation::spec::{Purpose, RecordSpec, ValidationStudy};
+use crate::study::kinds::validation::spec::{Purpose, QuantitySpec, RecordSpec, ValidationStudy};
 use crate::study::kinds::validation::tracks::RecordTracks;
 use crate::study::spec::{FamilySpec, VariantSpec, refuse};
 use crate::study::store::record::StudyQuantity;
@@ -142,16 +142,16 @@ impl<'a> Builder<'a> {
     fn tracks(&mut self) -> BTreeMap<String, RecordTracks> {
         let mut all = BTreeMap::new();
         for (r, spec) in self.study.records.iter().filter_map(|r| Some((r, r.tracks.as_ref()?))) {
-            match RecordTracks::read(self.base(), spec) {
+            let is_used = |q: &&QuantitySpec| q.records.as_ref().is_none_or(|of| of.contains(&r.name));
+            let curves: Vec<&String> =
+                self.study.quantities.iter().filter(is_used).filter_map(|q| q.curve.as_ref()).collect();
+            match RecordTracks::read(self.base(), spec, &curves) {
                 Ok(found) => {
                     all.insert(r.name.clone(), found);
                 }
                 Err(why) => self.wrong.push(format!("record {}: {why}", r.name)),
             }
-            let is_used = |q: &&crate::study::kinds::validation::spec::QuantitySpec| {
-                q.curve.is_some() && q.records.as_ref().is_none_or(|of| of.contains(&r.name))
-            };
-            if !self.study.quantities.iter().any(|q| is_used(&q)) {
+            if curves.is_empty() {
                 let fact = "has tracks, but no quantity of it names a `curve` of them";
                 self.wrong.push(format!("record {} {fact}", r.name));
             }

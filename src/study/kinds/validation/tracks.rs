@@ -44,9 +44,11 @@ struct Reading {
 }
 
 impl RecordTracks {
-    /// Reads and evaluates the files of a record, which are given relative to `base`.
-    pub fn read(base: &Path, spec: &TracksSpec) -> Result<Self, TracksError> {
-        let request = request(base, spec)?;
+    /// Reads and evaluates the files of a record, which are given relative to `base`; `curves` are measured in them, and their markers tell the states.
+    pub fn read(base: &Path, spec: &TracksSpec, curves: &[&String]) -> Result<Self, TracksError> {
+        let marker = |curve: &&String| Some(curve.strip_suffix("_m")?.rsplit_once('_')?.0.to_string());
+        let guides = curves.iter().filter_map(marker).collect();
+        let request = MotionRequest { guides, ..request(base, spec)? };
         if spec.files.is_empty() {
             return Err(TracksError::NoFile);
         }
@@ -140,6 +142,10 @@ impl File {
             |state| TracksError::NoState { file: self.name.clone(), curve: c.curve.name.clone(), state, value };
         let last = c.last.as_ref().ok_or_else(|| missing("final"))?;
         let mut drift = self.drift(c, last, "final")?;
+        // Without a held state a body would be measured from its final state, in which it has not moved
+        if !self.evaluation.poses.is_empty() && c.held.is_none() {
+            return Err(missing("held"));
+        }
         let mean = if is_change {
             let held = c.held.as_ref().ok_or_else(|| missing("held"))?;
             drift = drift.hypot(self.drift(c, held, "held")?);

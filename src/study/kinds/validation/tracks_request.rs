@@ -17,7 +17,7 @@ pub enum TracksError {
     #[error("tracks {file}: {source} (options of the program are keys of the tracks here)")]
     Motion { file: String, source: MotionError },
     #[error(
-        "tracks {file}: {curve} has no {state} state, by which \"{value}\" is measured; state its window with `held` or `final`"
+        "tracks {file}: {curve} has no {state} state, by which \"{value}\" is measured; state its window with `{state}`"
     )]
     NoState { file: String, curve: String, state: &'static str, value: &'static str },
     #[error(
