@@ -147,11 +147,12 @@ impl Problem {
         })
     }
 
-    /// Returns the range of frequencies to try, around the one at which the curve crosses its trend.
+    /// Returns the range of frequencies to try, around the one at which the curve crosses its creep, or its line if it has none.
     fn frequencies(&self, cut: &Curve) -> [f64; 2] {
-        let trend = svd(DMatrix::from_fn(self.s.len(), 2, |i, k| if k == 0 { 1.0 } else { self.s[i] }), true, true);
+        let creep = self.creep.as_ref().unwrap_or(&self.s);
+        let trend = svd(DMatrix::from_fn(self.s.len(), 2, |i, k| if k == 0 { 1.0 } else { creep[i] }), true, true);
         let line = trend.solve(&DVector::from_column_slice(&cut.value), 1e-13).unwrap_or_else(|_| DVector::zeros(2));
-        let left: Vec<f64> = self.s.iter().zip(&cut.value).map(|(s, v)| v - line[0] - line[1] * s).collect();
+        let left: Vec<f64> = creep.iter().zip(&cut.value).map(|(g, v)| v - line[0] - line[1] * g).collect();
         start::frequencies(&self.s, &left)
     }
 

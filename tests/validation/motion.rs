@@ -196,6 +196,21 @@ fn ring_downs_from_one_to_forty_periods_are_found() {
     }
 }
 
+/// A vibration of a twentieth of the creep on which it rides is found at its frequency; noise of a twentieth of it leaves four standard errors of 0.02 Hz.
+#[test]
+fn a_small_vibration_on_much_creep_is_found() {
+    let mut random = SplitMix(3);
+    for (frequency, amplitude, noise) in [(15.0, 1e-4, 5e-6), (30.0, 3e-4, 5e-6)] {
+        let time: Vec<f64> = (0..195).map(|k| 0.05 + 0.01 * f64::from(k)).collect();
+        let y = |t: &f64| {
+            amplitude * (-2.0 * t).exp() * (TAU * frequency * t).cos() + 2e-3 * t.ln() + noise * random.normal()
+        };
+        let c = Curve::new("z_m", time.clone(), time.iter().map(y).collect()).expect("sound");
+        let r = ring_down(&c, [0.05, 2.0], 0.0, Creep::Logarithmic).unwrap_or_else(|e| panic!("{frequency} Hz: {e}"));
+        assert!((r.frequency_hz.value - frequency).abs() < 0.1, "{frequency} Hz: {:?}", r.frequency_hz);
+    }
+}
+
 fn body() -> Vec<Vec3> {
     [[0.1, 0.02, 0.0], [0.0, 0.12, 0.03], [-0.08, 0.0, 0.05], [0.03, -0.07, -0.06], [0.0, 0.05, 0.11]]
         .map(Vec3::from)
