@@ -35,7 +35,7 @@ mod tests {
         let noted = |law: &str, displacement: &str, integrator: &str| {
             let text = format!(
                 "[mesh]\nelement = \"tet4\"\ngrid = {{ kind = \"box\", size = [\"4 mm\", \"1 mm\", \"1 mm\"], divisions = [4, 1, 1] }}\n\
-                 [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+                 [laws.rubber]\nlaw = \"neo_hookean_split\"\nE = \"100 kPa\"\nnu = 0.45\n\
                  [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n{law}\
                  [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
                  [[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\ndisplacement = {displacement}\n\
