@@ -29,6 +29,12 @@ class Surface:
         """Volume of all solids."""
         return volume(self.points, self.triangles)
 
+    def cavities(self) -> dict:
+        """Volume of each cavity by the name of its region."""
+        shells = {name: own for name, own in self.regions().items() if name.startswith("cavity")}
+        each = {name: own for name, own in shells.items() if len(own) == 1}
+        return {name: abs(volume(self.points, self.triangles[self.shell == own[0]])) for name, own in each.items()}
+
     def scaled(self, factor: float) -> "Surface":
         """The surface in another unit."""
         return Surface(self.points * factor, self.triangles, self.shell, self.solids, self.repairs)

@@ -34,7 +34,8 @@ def mesh(request: Request) -> tuple:
         made, notes = by_gmsh(request, path.name, body)
     if request.order == 2:
         made = straight_second_order(made)
-    return made, body.volume() * MM**3, {}, notes | {"repairs": found.repairs}
+    hollow = {name: hollow * MM**3 for name, hollow in body.cavities().items()}
+    return made, body.volume() * MM**3, {}, notes | {"repairs": found.repairs} | ({"volumes_cad_m3": hollow} if hollow else {})
 
 
 def by_cgal(request: Request, body: Surface) -> tuple:

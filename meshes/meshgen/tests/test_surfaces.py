@@ -79,6 +79,8 @@ class Surfaces(Case):
         for hollow in (HOLLOW, joined(box(size=(12, 12, 12)), reversed_(moved(box(size=(6, 6, 6)), (3, 3, 3))))):
             answer = self.volume(hollow, 12**3 - 6**3, file="hollow.stl")
             self.assertEqual(answer["repairs"], [])
+            self.assertEqual(list(answer["volumes_cad_m3"]), ["cavity"])
+            self.assertAlmostEqual(answer["volumes_cad_m3"]["cavity"] / 6e-3**3, 1, delta=1e-6)
         sizes = {name: region["count"] for name, region in answer["regions"].items()}
         self.assertEqual(sizes["outer"] + sizes["cavity"], answer["facets"])
         self.assertNotIn("cavity_1", sizes)

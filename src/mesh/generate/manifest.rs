@@ -23,7 +23,7 @@ pub struct Manifest {
     pub volume_cad_m3: Option<f64>,
     /// Mesh volume / CAD volume − 1
     pub volume_error: Option<f64>,
-    /// Volumes in the CAD of those regions of cells that are only a part of it \[m³\]
+    /// Volumes in the CAD of those regions of cells that are only a part of it, and of the cavities of a surface \[m³\]
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub volumes_cad_m3: BTreeMap<String, f64>,
     /// Largest distance of the CAD's sharp edges from the mesh \[m\]

@@ -16,7 +16,7 @@ const OF_SMOOTH: f64 = 0.5;
 /// The volume enclosed by a surface or CAD body, one of its solids, or a round grid, without its cavities, and the volume of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceVolume {
-    /// Name of the solid; `None` for the whole
+    /// Name of the solid or of the cavity; `None` for the whole
     pub region: Option<String>,
     pub enclosed: f64,
     pub mesh: f64,
@@ -26,7 +26,7 @@ pub struct SourceVolume {
 
 impl SourceVolume {
     /// The volumes in the manifest of a mesh: the whole first, then the solids, which can differ although the whole agrees where the surface between two of
-    /// them is displaced. Empty if the mesher does not know the enclosed volume.
+    /// them is displaced, or the cavities of a surface. Empty if the mesher does not know the enclosed volume.
     pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
         let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);
         let of = |region, enclosed, mesh| Self { region, enclosed, mesh, straightened };
@@ -34,7 +34,7 @@ impl SourceVolume {
         let solids = manifest
             .volumes_cad_m3
             .iter()
-            .map(|(name, enclosed)| of(Some(name.clone()), *enclosed, mesh.region_volume(&mesh.regions[name].cells)));
+            .map(|(name, enclosed)| of(Some(name.clone()), *enclosed, mesh.volume_of(&mesh.regions[name])));
         whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
 
@@ -68,7 +68,7 @@ impl SourceVolume {
             let limit = 100.0 * LARGE;
             let cause = match self.region {
                 None => "",
-                Some(_) => ", also where the whole agrees, since the cells cut its surface to other solids",
+                Some(_) => ", also where the whole agrees, since the cells cut its own surface",
             };
             format!("the volume of the mesh is far from that of its surface or CAD ({self}; limit {limit} %){cause}: use more cells, or a smaller size")
         })
@@ -146,5 +146,22 @@ mod tests {
         let warned: Vec<bool> =
             SourceVolume::all(&manifest, &mesh).iter().map(|volume| volume.warning().is_some()).collect();
         assert_eq!(warned, [false, true, true]);
+    }
+
+    /// The volume of a cavity is that which its facets enclose, wherever the mesh lies: here those around a block of 2 mm^3, with curved cells of straight edges too.
+    #[test]
+    fn the_volume_of_a_cavity_is_that_within_its_facets() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mut mesh = block(4, 1, 1, 2e-3, 1e-3, 1e-3, order);
+            mesh.points.iter_mut().for_each(|p| p.x += 0.5);
+            let facets = (0..mesh.facet_count() as u32).collect();
+            mesh.regions.insert("cavity".into(), Region { facets, ..Region::default() });
+            let text = r#"{"request":{},"cells":24,"nodes":20,"facets":36,"order":1,"h_m":0.0004,"regions":{},"volume_m3":2e-9,"volume_cad_m3":2e-9,
+                "volume_error":0.0,"volumes_cad_m3":{"cavity":2.5e-9}}"#;
+            let manifest: Manifest = serde_json::from_str(text).expect("a manifest");
+            let [_, cavity] = &SourceVolume::all(&manifest, &mesh)[..] else { panic!("two volumes") };
+            assert!((cavity.difference() + 0.2).abs() < 1e-9, "{cavity}");
+            assert!(cavity.warning().is_some_and(|told| told.contains("cavity: 2.5000 mm^3 enclosed")));
+        }
     }
 }

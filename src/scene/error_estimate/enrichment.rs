@@ -280,7 +280,7 @@ impl EnrichedScene {
     fn missed_volumes(&self, scene: &Scene, found: &Smoothed) -> Vec<SourceVolume> {
         let of = |mesh: &TetMesh, volume: &SourceVolume| match &volume.region {
             None => Some(mesh.volume()),
-            Some(name) => mesh.regions.get(name).map(|region| mesh.region_volume(&region.cells)),
+            Some(name) => mesh.regions.get(name).map(|region| mesh.volume_of(region)),
         };
         let gain = |volume: &SourceVolume| -> Option<f64> {
             let Smoothed::Moved(moved, part) = found else { return None };
