@@ -38,9 +38,10 @@ const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
 /// Largest number of times that the steps of an enriched run that may have jumped to another branch are halved.
 const MOST_HALVINGS: usize = 2;
-/// Largest number of iterations of an enriched run for each one of the run, and the least limit.
+/// Largest number of iterations of an enriched run for each one of the run.
 const MOST_ITERATIONS: usize = 10;
-const LEAST_LIMIT: usize = 40;
+/// Number of iterations times n², to which the work of a factorisation with n unknowns grows, that an enriched run may take in any case: some ten seconds.
+const FREE_WORK: f64 = 2e10;
 /// Relative residual of the pressures that remains where the run has no pressures, and the largest number of matrix products to reach it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
@@ -132,12 +133,6 @@ fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64
         Status::NoEquilibrium { .. } | Status::StepTooSmall { .. } if has_jumped => Err(EstimateError::Unstable { t }),
         _ => Ok(false),
     }
-}
-
-/// Largest number of iterations, failed ones included, in which the protocol of a run is solved in the enriched space: where displacements find no
-/// equilibrium there, steps are cut without end, and each costs ten times one of the run.
-fn most_iterations(of_run: &Run) -> usize {
-    LEAST_LIMIT.max(MOST_ITERATIONS * of_run.tried_iterations)
 }
 
 /// Removes from regions given as nodes every new node between two of their nodes that their selector does not find too: on an edge from face to face of a
@@ -407,11 +402,18 @@ impl EnrichedScene {
         if run.status == Status::Converged { Ok(run) } else { Err(self.without_solution(of_run, &run, t)) }
     }
 
+    /// Largest number of iterations, failed ones included, in which the protocol of a run is solved in the enriched space: where there is no equilibrium, steps
+    /// are cut again and again.
+    fn most_iterations(&self, of_run: &Run) -> usize {
+        let unknowns = self.scene.system.dofs.free.len().max(1) as f64;
+        (MOST_ITERATIONS * of_run.tried_iterations).max((FREE_WORK / (unknowns * unknowns)) as usize)
+    }
+
     /// The options of an enriched run, of which `earlier` iterations are over.
     fn options<'a>(&self, of_run: &Run, earlier: usize) -> RunOptions<'a> {
         RunOptions {
             stop: self.stop.clone(),
-            most_iterations: Some(most_iterations(of_run).saturating_sub(earlier)),
+            most_iterations: Some(self.most_iterations(of_run).saturating_sub(earlier)),
             ..RunOptions::default()
         }
     }
@@ -421,7 +423,7 @@ impl EnrichedScene {
         let is_stopped = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         match enriched.status {
             Status::Interrupted { .. } if !is_stopped => {
-                EstimateError::TooLong { t, iterations: most_iterations(of_run), of_run: of_run.tried_iterations }
+                EstimateError::TooLong { t, iterations: self.most_iterations(of_run), of_run: of_run.tried_iterations }
             }
             _ => EstimateError::NotSolved { t, status: enriched.status.name() },
         }
@@ -643,7 +645,7 @@ mod tests {
         let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         let of_run = scene.run();
         assert!(enriched.run(&of_run).is_ok());
-        let run = enriched.scene.run_with(enriched.options(&of_run, most_iterations(&of_run) - 1));
+        let run = enriched.scene.run_with(enriched.options(&of_run, enriched.most_iterations(&of_run) - 1));
         assert!(matches!(run.status, Status::Interrupted { .. }) && run.tried_iterations <= 1, "{}", run.status);
         assert!(matches!(enriched.without_solution(&of_run, &run, 0.0), EstimateError::TooLong { .. }));
     }
