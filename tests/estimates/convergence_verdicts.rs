@@ -2,6 +2,8 @@
 
 use crate::common::synthetic::{self, SIZES, size, study};
 use durometer::study::analysis::{Analysis, ByQuantity};
+use durometer::study::curve::Curve;
+use durometer::study::estimate::curve::compare;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::richardson::Convergence;
 use durometer::study::estimate::tolerance::Tolerance;
@@ -482,4 +484,27 @@ fn verdicts_are_refused_with_the_reason() {
         c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 + 0.5 * k as f64;
     }
     refused(&analyse(&study, &noisy), "mesh noise");
+}
+
+/// A peak that a prescribed value cuts off is the same on every mesh, which says nothing where the curves differ; where they agree, it is independent of the mesh.
+#[test]
+fn a_peak_that_is_cut_off_is_no_limit() {
+    let tolerance: Tolerance = 0.05.into();
+    let of = |slope: fn(usize) -> f64| {
+        let level = |n: &usize| Level { id: n.to_string(), h: size(*n), f: 1.0, ..Level::default() };
+        let levels = SIZES.iter().map(level).collect();
+        let mut e = estimate(("family", Role::Sizes, "tet4"), levels, None, tolerance).expect("four meshes");
+        assert!(e.class == Convergence::Exact && e.defensible, "{e:?}");
+        let t: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
+        let curve = |n: usize| {
+            let value: Vec<f64> = t.iter().map(|t| (slope(n) * t).min(1.0)).collect();
+            Curve { t: t.clone(), f: value }
+        };
+        let members: Vec<_> = SIZES.iter().map(|n| (n.to_string(), size(*n), curve(*n))).collect();
+        e.check_curves(&compare(&members, 2.0).expect("four curves"), tolerance);
+        e
+    };
+    let cut = of(|n| 2.0 + 2000.0 / n as f64);
+    assert!(cut.refused && !cut.defensible && cut.reasons.iter().any(|why| why.contains("cuts it off")), "{cut:?}");
+    assert!(of(|_| 2.0).defensible);
 }

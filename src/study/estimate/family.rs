@@ -27,6 +27,7 @@ use crate::math::statistics::{larger, range};
 use crate::mesh::wall::{LEAST_CELLS, shows_bending};
 use crate::report::numbers::percent;
 use crate::scene::ElementSpec;
+use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::method::Method;
 use crate::study::estimate::richardson::{
@@ -292,6 +293,23 @@ fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) 
     against.extend(order_objection(e));
     e.defensible = against.is_empty();
     against
+}
+
+impl Estimate {
+    /// Objects to a peak that is the same on every mesh where the curves differ by more than the tolerance: something prescribed cuts it off, and its
+    /// agreement says nothing about them.
+    pub fn check_curves(&mut self, curves: &CurveStudy, tolerance: Tolerance) {
+        let apart = curves.norms.iter().map(|norms| norms.linf_to_finer).fold(0.0, larger);
+        if self.class != Convergence::Exact || apart <= tolerance.allowed(self.extrapolated) {
+            return;
+        }
+        (self.refused, self.defensible) = (true, false);
+        self.reasons.push(format!(
+            "the peak is the same on every mesh, but the curves differ by up to {:.1} % of it: a prescribed value or a limit cuts it off; choose a quantity that \
+             nothing cuts off",
+            100.0 * apart / self.extrapolated.abs()
+        ));
+    }
 }
 
 /// Objections for which f* ± U(f*) is not a claim, however wide, until a finer mesh removes them.

@@ -144,16 +144,20 @@ fn families(
         let formulation = f.formulation_of(&members);
         let half_width = noise.iter().find(|n| n.formulation == formulation).map(|n| n.half_width);
         let levels = members.iter().filter_map(level).collect();
-        let estimate = family::estimate((&f.name, f.role, formulation), levels, half_width, tolerance);
-        estimates.extend(estimate);
+        let mut estimate = family::estimate((&f.name, f.role, formulation), levels, half_width, tolerance);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
             .collect();
         series.sort_by(|a, b| a.1.total_cmp(&b.1));
         if series.len() >= 2 {
             let formal = family::formal_order(formulation);
-            curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
+            let compared = curve::compare(&series, formal);
+            if let (Some(estimate), Some(compared)) = (&mut estimate, &compared) {
+                estimate.check_curves(compared, tolerance);
+            }
+            curves.extend(compared.map(|c| (f.name.clone(), c)));
         }
+        estimates.extend(estimate);
     }
     (estimates, curves)
 }

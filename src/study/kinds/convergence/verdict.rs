@@ -48,7 +48,7 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
     for s in &mut settings {
         for q in quantities.iter().filter(|q| q.deciding) {
             let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
-            if bar > s.worst {
+            if bar > s.worst || s.limited_by.is_empty() {
                 let ran = cases.stored.iter().any(|c| c.is_of(&q.variant) && s.cases.contains(&c.record.id));
                 let why = match (bar.is_finite(), ran) {
                     (true, _) => q.peak_title(),
