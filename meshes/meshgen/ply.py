@@ -26,8 +26,10 @@ def read(path: Path) -> tuple:
             elements.append((words[1], int(words[2]), {}))
         elif words[:1] == ["property"]:
             elements[-1][2][words[-1]] = [order + TYPES[kind] for kind in words[1:-1] if kind != "list"]
-    take = of_text(parts[1]) if order == "" else of_bytes(parts[1])
+    take, is_left = of_text(parts[1]) if order == "" else of_bytes(parts[1])
     found = {name: columns(take, count, properties) for name, count, properties in elements}
+    if is_left():
+        raise ValueError("it goes on after its last element: write several surfaces with one list of points")
     if not {"vertex", "face"} <= found.keys() or not {"x", "y", "z"} <= found["vertex"].keys():
         raise ValueError("it needs the elements vertex, with x, y and z, and face")
     faces = found["face"].get("vertex_indices", found["face"].get("vertex_index", []))
@@ -48,7 +50,7 @@ def columns(take, count: int, properties: dict) -> dict:
 
 
 def of_text(text: bytes):
-    """A function that takes the next `count` values of a type, in columns if the type has fields."""
+    """A function that takes the next `count` values of a type, in columns if the type has fields, and one that tells whether any are left."""
     words = iter(text.split())
 
     def take(kind, count: int):
@@ -58,11 +60,11 @@ def of_text(text: bytes):
             raise ValueError("it ends before its last element")
         return dict(zip((name for name, _ in kind), values.reshape(count, width).T)) if isinstance(kind, list) else values
 
-    return take
+    return take, lambda: next(words, None) is not None
 
 
 def of_bytes(data: bytes):
-    """A function that takes the next `count` binary values of a type, in columns if the type has fields."""
+    """A function that takes the next `count` binary values of a type, in columns if the type has fields, and one that tells whether any are left."""
     at = 0
 
     def take(kind, count: int):
@@ -71,4 +73,4 @@ def of_bytes(data: bytes):
         at += values.nbytes
         return values
 
-    return take
+    return take, lambda: bool(data[at:].strip())

@@ -95,6 +95,8 @@ def read_off(path: Path) -> tuple:
     points, faces = int(rest[0][0]), int(rest[0][1])
     if len(rest) < 1 + points + faces:
         raise ValueError(f"it promises {points} points and {faces} faces and has {len(rest) - 1} lines for them")
+    if len(rest) > 1 + points + faces:
+        raise ValueError(f"it promises {points} points and {faces} faces and has {len(rest) - 1} lines: write several surfaces with one list of points")
     found = [[float(word) for word in words[:3]] for words in rest[1 : 1 + points]]
     return found, polygons.triangles(found, [[int(word) for word in words[1 : 1 + int(words[0])]] for words in rest[1 + points : 1 + points + faces]])
 

@@ -6,7 +6,7 @@ from .errors import BadRequest
 
 
 def check(path: Path) -> None:
-    """Refuse a pair in which a file has no counts or fewer numbers than announced, and second-order cells."""
+    """Refuse a pair in which a file has no counts, or fewer or more numbers than announced, and second-order cells."""
     for file, what, own in ((path.with_suffix(".node"), "nodes", 4), (path.with_suffix(".ele"), "cells", 1)):
         rows = words(file)
         try:
@@ -21,6 +21,8 @@ def check(path: Path) -> None:
         there = sum(map(len, rows[1:])) // columns
         if there < count:
             raise refused(file, f"it announces {count} {what}, of which {there} are there")
+        if there > count:
+            raise refused(file, f"it announces {count} {what}, and holds numbers for {there}, as where a program wrote two lists one after the other")
 
 
 def first(path: Path) -> int:

@@ -503,6 +503,7 @@ class Conversion(Case):
             ("cannot read b.node: it does not begin with the numbers of its nodes", "\n# a comment", cells),
             ("cannot read b.ele: it announces 5 cells, of which 4 are there", nodes, cells[: cells.rstrip().rindex(" ")]),
             ("cannot read b.node: it announces 8 nodes, of which 7 are there", "\n".join(nodes.splitlines()[:-1]), cells),
+            ("cannot read b.ele: it announces 5 cells, and holds numbers for 10", nodes, cells + cells),
             ("cannot read b.ele: its cells have 10 nodes write tetrahedra with 4 nodes", nodes, wide),
         ):
             Path(self.path("b.node")).write_text(node)

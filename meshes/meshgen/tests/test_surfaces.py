@@ -321,6 +321,8 @@ class Surfaces(Case):
                     body = end.join(" ".join(map(str, values)) for _, values in rows).encode()
                 Path(self.path("a.ply")).write_bytes(head.encode() + body)
                 self.assertAlmostEqual(self.take(file="a.ply", length=8)["volume_cad_m3"] * 1e9, 6000, delta=1e-6)
+                Path(self.path("a.ply")).write_bytes(head.encode() + body + b" " + body)
+                self.reject("it goes on after its last element", file="a.ply")
                 Path(self.path("a.ply")).write_bytes(head.encode() + body[:-9])
                 self.reject("cannot read a.ply", file="a.ply")
         for words, rest in (
@@ -331,6 +333,15 @@ class Surfaces(Case):
             text = f"ply\n{rest}"
             Path(self.path("bad.ply")).write_text(text)
             self.reject(words, file="bad.ply")
+
+    def test_two_surfaces_in_one_file(self):
+        """A cavity that follows the body in the same OFF file is not lost."""
+        text = ""
+        for points, triangles in (box(size=(12, 12, 12)), moved(box(size=(6, 6, 6)), (3, 3, 3))):
+            rows = [" ".join(map(str, point)) for point in points.tolist()] + [f"3 {a} {b} {c}" for a, b, c in triangles.tolist()]
+            text += "\n".join(["OFF", f"{len(points)} {len(triangles)} 0", *rows, ""])
+        Path(self.path("two.off")).write_text(text)
+        self.reject("write several surfaces with one list of points", file="two.off")
 
     def test_routes(self):
         """If gmsh cannot map the faces to the plane, CGAL remeshes them; if that fails too, all reasons are reported."""
