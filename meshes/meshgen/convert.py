@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran, netgen, su2, tetgen, vtu
+from . import abaqus, avs, nastran, netgen, su2, tetgen, universal, vtu
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -298,7 +298,11 @@ def by_gmsh(path: Path, format: str) -> Blocks:
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
-        return Blocks(points, cells, found, node_numbers=tags.astype(int), numbers=numbers)
+        node_sets = {}
+        if readable.suffix == ".unv" and (groups := universal.groups(path.name, readable.read_bytes())):
+            found = {name: [np.isin(own, list(elements)) for own in numbers] for name, (_, elements) in groups.items() if elements}
+            node_sets = {name: np.flatnonzero(np.isin(tags, list(nodes))) for name, (nodes, _) in groups.items() if nodes}
+        return Blocks(points, cells, found, node_sets=node_sets, node_numbers=tags.astype(int), numbers=numbers)
 
 
 def counted(cells: list, first: int = 1, of_all: bool = False) -> list:

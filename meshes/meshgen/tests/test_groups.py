@@ -49,6 +49,33 @@ class Groups(Case):
             wanted = {"part": [*TETS[:2], *TRIANGLES], "all": TETS}
             self.assertEqual(found, {name: {frozenset(map(tuple, CUBE[row].tolist())) for row in rows} for name, rows in wanted.items()}, ending)
 
+    def test_groups_of_universal_files(self):
+        """Groups of some cells of a part, and of nodes, have these cells and nodes, in every data set for groups."""
+        model = gmsh.model
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        model.addDiscreteEntity(3, 1)
+        model.mesh.addNodes(3, 1, np.arange(1, len(CUBE) + 1), CUBE.ravel())
+        model.mesh.addElementsByType(1, 4, np.arange(11, 11 + len(TETS)), (TETS + 1).ravel())
+        model.addPhysicalGroup(3, [1])
+        gmsh.write(self.path("a.unv"))
+        gmsh.finalize()
+        text = Path(self.path("a.unv")).read_text()
+        number = self.read("a.unv", "gmsh").numbers[0]
+        cells, nodes = number[[1, 3, 4]].tolist(), [2, 5]
+        for label, after in ((2467, [0, 0]), (2477, [0, 0]), (2452, [0, 0]), (2430, [])):
+            rows = [word for kind, numbers in ((8, cells), (7, nodes)) for one in numbers for word in (kind, one, *after)]
+            body = "\n".join(" ".join(map(str, rows[at : at + 8])) for at in range(0, len(rows), 8))
+            group = f"    -1\n  {label}\n 1 0 0 0 0 0 0 5\nmy group\n{body}\n    -1\n"
+            Path(self.path("b.unv")).write_text(text[: text.index("    -1\n  2477")] + group if "  2477\n" in text else text + group)
+            found = self.read("b.unv", "gmsh")
+            members = {name: sorted(np.concatenate(found.numbers)[np.concatenate(masks)]) for name, masks in found.sets.items()}
+            self.assertEqual(members, {"my group": cells}, label)
+            self.assertEqual({name: (own + 1).tolist() for name, own in found.node_sets.items()}, {"my group": nodes}, label)
+        Path(self.path("b.unv")).write_text(text + "    -1\n  2467\n 1 0 0 0 0 0 0 five\nmy group\n    -1\n")
+        with self.assertRaisesRegex(BadRequest, "is no list of groups"):
+            self.read("b.unv", "gmsh")
+
     def test_values(self):
         """Whole numbers of the cells are regions, not those of facets alone, nor more than 64 different ones."""
         self.assertEqual(set(self.stored("a.vtu", "vtu", part=[[1, 2], [3, 3, 4, 4, 3]]).sets), {"part_3", "part_4"})
