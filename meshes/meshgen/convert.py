@@ -26,6 +26,7 @@ KINDS = {
     "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14), vtu.VOXEL: (3, 5),
 }  # fmt: skip
 DIMENSIONS = {number: dim for dim, number in KINDS.values()}  # of gmsh's kinds
+DIMENSION_NAMES = ("point", "curve", "facets", "cells")
 # Node orders that differ from gmsh's
 ORDERS = {"tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], vtu.VOXEL: vtu.AS_HEXAHEDRON}
 # File extension that a meshio reader expects
@@ -266,6 +267,14 @@ def check_closed(path: Path, data: bytes) -> None:
         raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
 
 
+def physical_numbers(data: bytes) -> dict:
+    """The physical number of each element of a file in the format MSH 1, where gmsh keeps that of a whole part; empty for other formats."""
+    if not data.lstrip().startswith(b"$NOD"):
+        return {}
+    rows = data.decode("latin-1").partition("$ELM")[2].partition("$ENDELM")[0].splitlines()[2:]
+    return {int(number): int(group) for number, _, group, *_ in (row.split() for row in rows if row.strip())}
+
+
 def by_gmsh(path: Path, format: str) -> Blocks:
     """The cells and physical groups that gmsh finds."""
     import gmsh
@@ -294,11 +303,15 @@ def by_gmsh(path: Path, format: str) -> Blocks:
         found = {}
         for dim, group in gmsh.model.getPhysicalGroups():
             # MED pads names with blanks
-            name = gmsh.model.getPhysicalName(dim, group).strip() or f"{('point', 'curve', 'facets', 'cells')[dim]}_{group}"
+            name = gmsh.model.getPhysicalName(dim, group).strip() or f"{DIMENSION_NAMES[dim]}_{group}"
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
         node_sets = {}
+        if physical := physical_numbers(readable.read_bytes()):
+            of = [np.array([physical.get(number, 0) for number in own]) for own in numbers]
+            wanted = dict.fromkeys((dim, group) for (dim, _), groups in zip(owner, of) for group in groups.tolist() if group > 0)
+            found = {f"{DIMENSION_NAMES[dim]}_{group}": [(groups == group) & (own == dim) for (own, _), groups in zip(owner, of)] for dim, group in wanted}
         if readable.suffix == ".unv" and (groups := universal.groups(path.name, readable.read_bytes())):
             found = {name: [np.isin(own, list(elements)) for own in numbers] for name, (_, elements) in groups.items() if elements}
             node_sets = {name: np.flatnonzero(np.isin(tags, list(nodes))) for name, (nodes, _) in groups.items() if nodes}

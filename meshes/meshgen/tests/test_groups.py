@@ -76,6 +76,18 @@ class Groups(Case):
         with self.assertRaisesRegex(BadRequest, "is no list of groups"):
             self.read("b.unv", "gmsh")
 
+    def test_physical_numbers_of_msh_1(self):
+        """Each element has its own physical number, also within one part."""
+        nodes = [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(CUBE.tolist(), 1)]
+        rows = [(kind, group, corners + 1) for kind, group, corners in ((2, 7, TRIANGLES[0]), (2, 0, TRIANGLES[1]))]
+        rows += [(4, 11 if i < 2 else 12, corners + 1) for i, corners in enumerate(TETS)]
+        cells = [f"{i} {kind} {group} 1 {len(corners)} {' '.join(map(str, corners))}" for i, (kind, group, corners) in enumerate(rows, 1)]
+        text = ["$NOD", str(len(nodes)), *nodes, "$ENDNOD", "$ELM", str(len(cells)), *cells, "$ENDELM", ""]
+        Path(self.path("a.msh")).write_text("\n".join(text))
+        found = self.read("a.msh", "gmsh")
+        members = {name: sorted(np.concatenate(found.numbers)[np.concatenate(masks)]) for name, masks in found.sets.items()}
+        self.assertEqual(members, {"facets_7": [1], "cells_11": [3, 4], "cells_12": list(range(5, 3 + len(TETS)))})
+
     def test_values(self):
         """Whole numbers of the cells are regions, not those of facets alone, nor more than 64 different ones."""
         self.assertEqual(set(self.stored("a.vtu", "vtu", part=[[1, 2], [3, 3, 4, 4, 3]]).sets), {"part_3", "part_4"})
