@@ -241,30 +241,15 @@ def sets(raw, names: dict) -> dict:
 
 @contextlib.contextmanager
 def for_gmsh(path: Path, format: str):
-    """A copy of the file in a folder of its own, with an extension that makes gmsh read it as a mesh.
+    """A copy of the file in a folder of its own, with an extension that makes gmsh read it as a mesh, and the content of the file.
 
     gmsh runs a file with any other extension as a script, which may call other programs."""
     with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
         data = readable.read_bytes()
         ending = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
-        if ending == ".unv":
-            check_closed(path, data)
         copy = Path(folder) / f"mesh{ending}"
-        copy.write_bytes(data)
-        yield copy
-
-
-def check_closed(path: Path, data: bytes) -> None:
-    """Refuse a universal file that ends within a data set: each is between two lines with -1 in columns 5 and 6. gmsh would read the truncated data.
-
-    The first line may be repeated."""
-    begin = 0  # line of the mark at the beginning of an open data set
-    for number, line in enumerate(data.split(b"\n"), 1):
-        if line.rstrip() == b"    -1":
-            begin = 0 if begin and number > begin + 1 else number
-    if begin:
-        fact = f"the data set that begins in line {begin} has no line with -1 at its end, so that a part is missing"
-        raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
+        copy.write_bytes(universal.for_gmsh(path, data) if ending == ".unv" else data)
+        yield copy, data
 
 
 def physical_numbers(data: bytes) -> dict:
@@ -281,7 +266,7 @@ def by_gmsh(path: Path, format: str) -> Blocks:
 
     from .gmsh_driver import session
 
-    with for_gmsh(path, format) as readable, session():
+    with for_gmsh(path, format) as (readable, data), session():
         try:
             gmsh.open(str(readable))
         except Exception as error:
@@ -307,15 +292,14 @@ def by_gmsh(path: Path, format: str) -> Blocks:
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
-        node_sets = {}
-        if physical := physical_numbers(readable.read_bytes()):
+        if physical := physical_numbers(data):
             of = [np.array([physical.get(number, 0) for number in own]) for own in numbers]
             wanted = dict.fromkeys((dim, group) for (dim, _), groups in zip(owner, of) for group in groups.tolist() if group > 0)
             found = {f"{DIMENSION_NAMES[dim]}_{group}": [(groups == group) & (own == dim) for (own, _), groups in zip(owner, of)] for dim, group in wanted}
-        if readable.suffix == ".unv" and (groups := universal.groups(path.name, readable.read_bytes())):
-            found = {name: [np.isin(own, list(elements)) for own in numbers] for name, (_, elements) in groups.items() if elements}
-            node_sets = {name: np.flatnonzero(np.isin(tags, list(nodes))) for name, (nodes, _) in groups.items() if nodes}
-        return Blocks(points, cells, found, node_sets=node_sets, node_numbers=tags.astype(int), numbers=numbers)
+        blocks = Blocks(points, cells, found, node_numbers=tags.astype(int), numbers=numbers)
+    if readable.suffix == ".unv":
+        universal.add_groups(path, data, blocks)
+    return blocks
 
 
 def counted(cells: list, first: int = 1, of_all: bool = False) -> list:

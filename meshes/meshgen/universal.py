@@ -1,37 +1,95 @@
-"""Groups of I-DEAS universal files, element by element: gmsh keeps them for whole parts of one property number only, and not in all data sets."""
+"""I-DEAS universal files: gmsh reads nodes and elements, and the groups are read here, because gmsh gives a group whole entities.
 
+A data set is between two lines with -1 in columns 5 and 6 and begins with its number."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .blocks import Blocks
 from .errors import BadRequest
 
-NODES, ELEMENTS = 7, 8  # codes of the entities
-WIDTH = {2417: 2, 2429: 2, 2430: 2, 2432: 2, 2435: 4, 2452: 4, 2467: 4, 2477: 4}  # numbers of an entity in each data set of groups
+MARK = b"    -1"
+WIDTH = {b"2417": 2, b"2429": 2, b"2430": 2, b"2432": 2, b"2435": 4, b"2452": 4, b"2467": 4, b"2477": 4}  # numbers of a member in data sets of groups
+ELEMENTS = b"2412"
+BEAMS = (11, 21, 22, 23, 24)  # Elements with a line of orientation before their nodes
+NODE, ELEMENT = 7, 8  # Types of the members of groups
 
 
-def groups(file: str, data: bytes) -> dict:
-    """The numbers of the nodes and of the elements of each group by its name; those of a name that occurs again are added."""
-    lines, found = data.decode("latin-1").splitlines(), {}
-    marks = [number for number, line in enumerate(lines) if line.rstrip() == "    -1"]
-    for begin, end in zip(marks, marks[1:]):
-        label = lines[begin + 1].strip() if end > begin + 1 else ""
-        if label.isdigit() and int(label) in WIDTH:
-            try:
-                read(lines[begin + 2 : end], WIDTH[int(label)], found)
-            except (ValueError, IndexError):
-                fact = f"the data set {label} that begins in line {begin + 1} is no list of groups"
-                raise BadRequest(f"cannot read {file}: {fact}", "write it again") from None
+def datasets(path: Path, data: bytes) -> list:
+    """(number, lines) of the data sets. A file that ends within one is refused; gmsh would read the truncated data.
+
+    The first mark may be repeated."""
+    lines, found, begin = data.split(b"\n"), [], 0  # begin: line of the mark at the beginning of an open data set
+    for number, line in enumerate(lines, 1):
+        if line.rstrip() == MARK and begin and number > begin + 1:
+            found.append((lines[begin].strip(), lines[begin + 1 : number - 1]))
+            begin = 0
+        elif line.rstrip() == MARK:
+            begin = number
+    if begin:
+        fact = f"the data set that begins in line {begin} has no line with -1 at its end, so that a part is missing"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
     return found
 
 
-def read(lines: list, width: int, found: dict) -> None:
-    """Add the groups of a data set: a line of eight numbers, of which the first is that of the group and the last how many entities it has, its name, and eight
-    numbers a line for the entities."""
-    at = 0
-    while at + 1 < len(lines):
-        head = [int(word) for word in lines[at].split()]
-        name = lines[at + 1].strip() or f"group_{head[0]}"
-        rows = -(-head[-1] * width // 8)
-        words = [int(word) for line in lines[at + 2 : at + 2 + rows] for word in line.split()]
-        nodes, elements = found.setdefault(name, (set(), set()))
-        for kind, number in zip(words[::width], words[1::width]):
-            if kind in (NODES, ELEMENTS):
-                (nodes if kind == NODES else elements).add(number)
+def for_gmsh(path: Path, data: bytes) -> bytes:
+    """The file without groups, in which gmsh crashes at an element that is not in the file, and with an entity for each material, which is gmsh's group."""
+    parts = [(number, lines) for number, lines in datasets(path, data) if number not in WIDTH]
+    parts = [(number, by_material(path, lines) if number == ELEMENTS else lines) for number, lines in parts]
+    return b"".join(b"\n".join([MARK, number.rjust(6), *lines, MARK, b""]) for number, lines in parts)
+
+
+def by_material(path: Path, lines: list) -> list:
+    """The lines of elements with the number of the material in place of that of the property, which is gmsh's entity."""
+    lines, at = lines.copy(), 0
+    while at < len(lines):
+        try:
+            label, kind, _, material, colour, count = map(int, lines[at].split())
+            if count < 1:
+                raise ValueError
+        except ValueError:
+            raise refused(path, "elements", lines[at]) from None
+        lines[at] = b"%10d" * 6 % (label, kind, material, material, colour, count)
+        at += 1 + (kind in BEAMS) - (-count // 8)
+    return lines
+
+
+def add_groups(path: Path, data: bytes, blocks: Blocks) -> None:
+    """Replace the sets of the mesh, which are materials, by the groups of the file if it has any."""
+    found = [group for number, lines in datasets(path, data) if number in WIDTH for group in groups(path, lines, WIDTH[number])]
+    blocks.sets = {} if found else blocks.sets
+    for name, members in found:
+        kinds, labels = members.T
+        nodes = np.flatnonzero(np.isin(blocks.node_numbers, labels[kinds == NODE]))
+        masks = [np.isin(own, labels[kinds == ELEMENT]) for own in blocks.numbers]
+        count = len(nodes) + sum(int(mask.sum()) for mask in masks)
+        if count < len(members):
+            blocks.notes.append(f"{len(members) - count} of {len(members)} members of group {name} are no nodes or elements that are read")
+        if len(nodes):
+            blocks.node_sets[name] = np.union1d(blocks.node_sets.get(name, nodes), nodes)
+        if any(map(np.any, masks)):
+            blocks.sets[name] = [old | new for old, new in zip(blocks.sets.get(name, masks), masks)]
+
+
+def groups(path: Path, lines: list, width: int) -> list:
+    """(name, distinct members) of each group of a data set; members (n, 2): type and label."""
+    found, at = [], 0
+    while at < len(lines):
+        try:
+            number, *_, count = map(int, lines[at].split()[:8])
+            name = lines[at + 1].decode().strip() or f"group_{number}"
+            rows = -(-count * width // 8)
+            members = np.array(b" ".join(lines[at + 2 : at + 2 + rows]).split(), int).reshape(count, width)[:, :2]
+        except UnicodeDecodeError:
+            raise BadRequest(f"cannot read {path.name}: the name of group {number} is no text in UTF-8", "save it as UTF-8") from None
+        except (ValueError, IndexError):
+            raise refused(path, "groups", lines[at]) from None
+        found.append((name, np.unique(members, axis=0)))
         at += 2 + rows
+    return found
+
+
+def refused(path: Path, kind: str, line: bytes) -> BadRequest:
+    fact = f"the lines of {kind} from {line.decode(errors='replace').strip()!r} on are not understood"
+    return BadRequest(f"cannot read {path.name}: {fact}", "check that the file is complete, and write it again")

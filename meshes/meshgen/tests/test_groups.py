@@ -16,6 +16,21 @@ from .test_conversion import CUBE, TETS
 TRIANGLES = np.array([[0, 2, 1], [0, 3, 2]])
 
 
+def universal(groups: dict) -> str:
+    """A universal file with TETS, labelled from 11 on, and TRIANGLES, from 21 on, of one property and several materials, and with groups of elements."""
+    record = lambda *numbers: "".join(f"{number:10}" for number in numbers) + "\n"  # noqa: E731
+    nodes = "".join(record(i, 1, 1, 11) + "".join(f"{x:25.16E}" for x in point) + "\n" for i, point in enumerate(CUBE, 1))
+    rows = [(11 + i, 111, material, row) for i, (material, row) in enumerate(zip((1, 2, 2, 3, 0), TETS))]
+    rows += [(21 + i, 91, 1, row) for i, row in enumerate(TRIANGLES)]
+    elements = "".join(record(label, kind, 5, material, 7, len(row)) + record(*(row + 1)) for label, kind, material, row in rows)
+    text = ""
+    for number, (name, labels) in enumerate(groups.items(), 1):
+        words = [word for label in labels for word in (8, label, 0, 0)]
+        text += record(number, *[0] * 6, len(labels)) + name + "\n" + "".join(record(*words[i : i + 8]) for i in range(0, len(words), 8))
+    parts = [(2411, nodes), (2412, elements), *([(2467, text)] if groups else [])]
+    return "".join(f"    -1\n{number:6}\n{lines}    -1\n" for number, lines in parts)
+
+
 class Groups(Case):
     def read(self, file: str, format: str) -> Blocks:
         return convert.read(Path(self.path(file)), format)
@@ -73,7 +88,28 @@ class Groups(Case):
             self.assertEqual(members, {"my group": cells}, label)
             self.assertEqual({name: (own + 1).tolist() for name, own in found.node_sets.items()}, {"my group": nodes}, label)
         Path(self.path("b.unv")).write_text(text + "    -1\n  2467\n 1 0 0 0 0 0 0 five\nmy group\n    -1\n")
-        with self.assertRaisesRegex(BadRequest, "is no list of groups"):
+        with self.assertRaisesRegex(BadRequest, "lines of groups from '1 0 0 0 0 0 0 five' on are not understood"):
+            self.read("b.unv", "gmsh")
+
+    def members(self, text: str) -> tuple:
+        """Labels of the elements of each group in a universal file, and the notes."""
+        Path(self.path("a.unv")).write_text(text)
+        blocks = self.read("a.unv", "gmsh")
+        return {name: sorted(np.concatenate(blocks.numbers)[np.concatenate(masks)]) for name, masks in blocks.sets.items()}, blocks.notes
+
+    def test_materials_and_shared_elements_of_universal_files(self):
+        """Materials are groups where the file has no others, also within one property; groups may share elements, and list some that are not in the file."""
+        groups = {"one": [11], "Höhle": [11, 12], "mixed": [13, 21], "none": [], "far": [99, 14]}
+        found, notes = self.members(universal(groups))
+        self.assertEqual(found, {"one": [11], "Höhle": [11, 12], "mixed": [13, 21], "far": [14]})
+        self.assertEqual(notes, ["1 of 2 members of group far are no nodes or elements that are read"])
+        self.assertEqual(self.members(universal({}))[0], {"cells_1": [11], "cells_2": [12, 13], "cells_3": [14], "facets_1": [21, 22]})
+        text = universal({})
+        self.assertIn("       111         5", text)
+        with self.assertRaisesRegex(BadRequest, "lines of elements from .* on are not understood"):
+            self.members(text.replace("       111         5", "       111         x", 1))
+        Path(self.path("b.unv")).write_bytes(universal(groups).encode("latin-1"))
+        with self.assertRaisesRegex(BadRequest, "the name of group 2 is no text in UTF-8"):
             self.read("b.unv", "gmsh")
 
     def test_physical_numbers_of_msh_1(self):
